@@ -13,7 +13,7 @@ SOURCE = Path(vasowave.__file__).parent
 ALLOWED = {
     "base/runtime/memory.py:is_starved": "the operating system, NumPy and LLVM say only in words that memory ran out",
     "study/cohort/primary.py:_check": "the name of a quantity",
-    "study/report/tables/animal.py:starts_frame": "the name of a variable",
+    "study/report/sections/animals.py:starts_frame": "the name of a variable",
     "lung/exchange/polydata.py:_array": "the numbers of an element of XML",
 }
 """Functions that read words which others wrote."""

@@ -1,4 +1,4 @@
-"""The command line. Heavy modules are imported where they are used, so that help answers at once."""
+"""The command line. Commands call the faces of the parts, which load what is asked for: help answers at once."""
 
 import sys
 import threading
@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, NoReturn
 
 import typer
 
+from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.base.findings import finding_of, sentence
 from vasowave.base.runtime.interrupts import interrupt_main, is_interrupt
+from vasowave.base.runtime.memory import is_starved
+from vasowave.base.runtime.thread_limits import spare_threads
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
 from vasowave.cli.cures import Shell, code_of
 
 # The order of import is the order of the help.
 # isort: off
-from vasowave.cli import study, workbench, fit, loops, simulate, predict, extract  # noqa: F401  they register their commands
+from vasowave.cli import study, workbench, fit, simulate, predict, extract  # noqa: F401  they register their commands
 # isort: on
 
 if TYPE_CHECKING:
@@ -25,10 +29,6 @@ _AGAIN = 0.02  # s after which an interruption that was lost comes again
 
 def run() -> None:
     """Run the command line; every error of ours becomes one readable message and its exit status."""
-    from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning
-    from vasowave.base.findings import finding_of, sentence
-    from vasowave.base.runtime.memory import is_starved
-    from vasowave.base.runtime.thread_limits import spare_threads
 
     def show(message: Warning | str, category: type[Warning], *args: object, **kwargs: object) -> None:
         if issubclass(category, VasowaveWarning):

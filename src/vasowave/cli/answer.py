@@ -9,8 +9,12 @@ from typing import Any
 
 import typer
 
+from vasowave.base import io
+from vasowave.base.runtime.thread_limits import cores
 from vasowave.cli.progress import print_text, show_animals
 from vasowave.cli.signatures import VERBOSE
+from vasowave.study import folder as folders
+from vasowave.study import running
 
 _PRINT: dict[str, Callable[..., None]] = {"line": typer.echo, "text": print_text, "animals": show_animals,
           "count": lambda count: None}  # fmt: skip
@@ -31,7 +35,6 @@ class Answer:
     """
 
     def __init__(self, command: str, study: Path, *options: str) -> None:
-        from vasowave.base.runtime.thread_limits import cores
 
         place = os.path.realpath(study)  # of what was typed, which is said, too
         self._question = (command, place, str(study), *options, str(cores()), str(VERBOSE.get()))
@@ -46,9 +49,7 @@ class Answer:
 
     def recalled(self) -> Sequence[tuple[str, Any]] | None:
         """Return what was said, if nothing has changed since."""
-        from vasowave.base.io.answers import answer_to
-
-        lines: Sequence[tuple[str, Any]] | None = answer_to(self._question)
+        lines: Sequence[tuple[str, Any]] | None = io.answer_to(self._question)
         return lines
 
     def repeated(self) -> bool:
@@ -61,11 +62,7 @@ class Answer:
     @contextmanager
     def recorded(self, study: Path, ran: bool = False) -> Iterator[None]:
         """Keep what is said inside, if no warning is given and no file of the study changes meanwhile."""
-        from vasowave.base.io.answers import keep_answer
-        from vasowave.study.folder.places import study_path
-        from vasowave.study.running.basis import basis_of_study, with_outcome
-
-        before, show, warned = basis_of_study(study), warnings.showwarning, []
+        before, show, warned = running.basis_of_study(study), warnings.showwarning, []
 
         def shown(*warning: Any, **keywords: Any) -> None:
             warned.append(warning)
@@ -76,5 +73,6 @@ class Answer:
             yield
         finally:
             warnings.showwarning = show
-        if before is not None and not warned and basis_of_study(study) == before:
-            keep_answer(self._question, with_outcome(before, study_path(study).parent, ran), self._lines)
+        if before is not None and not warned and running.basis_of_study(study) == before:
+            basis = running.with_outcome(before, folders.study_path(study).parent, ran)
+            io.keep_answer(self._question, basis, self._lines)

@@ -12,6 +12,7 @@ import typer
 from typer.core import TyperGroup
 
 from vasowave.base.errors import VasowaveError
+from vasowave.base.runtime.thread_limits import threads
 from vasowave.cli.signatures import TYPED, VERBOSE
 
 WRONG_INPUT, FAILED = 1, 3
@@ -80,7 +81,6 @@ def options(
 @contextmanager
 def verbose_report() -> Iterator[None]:
     """Say versions before what is done inside, and afterwards time, memory and the place of an error."""
-    from vasowave.base.runtime.thread_limits import threads
     from vasowave.base.software import versions
 
     used = ", ".join(f"{name} {number}" for name, number in versions().items())

@@ -5,7 +5,6 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from vasowave.base.cures import (
     FLOW_GAIN,
@@ -26,11 +25,11 @@ from vasowave.base.cures import (
     field_of,
     in_row,
 )
+from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
 from vasowave.cli.signatures import TYPED, VERBOSE
-
-if TYPE_CHECKING:
-    from vasowave.study.folder.problems import StudyProblem
+from vasowave.study import entering
+from vasowave.study import folder as folders
 
 _MAX_COMMANDS = 3  # below a finding
 VALUE = "VALUE"
@@ -138,21 +137,16 @@ def _hyphened(name: str) -> str:
 
 def shell_of(study: Path) -> Shell:
     """Return what commands about a study are typed about."""
-    from vasowave.base.errors import InputError
-    from vasowave.study.entering.table import read_rows
-    from vasowave.study.folder.places import study_path
-    from vasowave.study.folder.reading import read_settings
-
-    path = study_path(study)
+    path = folders.study_path(study)
     try:
-        settings = read_settings(path)[0]
-        rows = read_rows(path.parent / settings.animals).rows if settings is not None else ()
+        settings = folders.read_settings(path)[0]
+        rows = entering.read_rows(path.parent / settings.animals).rows if settings is not None else ()
     except InputError:  # which the check itself says
         rows = ()
     return Shell(path.parent, {row.get("animal", ""): row for row in rows})
 
 
-def problem_lines(problem: "StudyProblem", shell: Shell) -> str:
+def problem_lines(problem: "folders.StudyProblem", shell: Shell) -> str:
     """Return a problem of a study with the commands that mend it."""
     grade = "error" if problem.error else "warning"
     return f"{grade}: {problem}{code_of(problem.finding)}{shell.below(problem.finding.cures, problem.animals)}"

@@ -6,16 +6,19 @@ from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import Annotated, Any, cast
 
 import typer
 
-from vasowave.base.species import SPECIES
+import vasowave as vw
+from vasowave.base import io
+from vasowave.base.errors import InputError
+from vasowave.base.species import SPECIES, known_species
+from vasowave.base.units import factor
 from vasowave.cli.app import app
 from vasowave.cli.signatures import with_option_groups
-
-if TYPE_CHECKING:
-    from vasowave.pulse.network.network import Network
+from vasowave.study import folder as folders
+from vasowave.study import report as reports
 
 _VOLUME = "Folder (DICOM, slices as pictures), or a file: NRRD, NIfTI, MetaImage, TIFF, isq, vff, am, vol …"
 
@@ -34,17 +37,15 @@ def look(
     ] = None,
 ) -> None:
     """Look at a volume before anything is measured: grey levels, ends, loops, and the command to type next."""
-    from vasowave.lung.overview import look as looked
     from vasowave.lung.places import parse_voxel
-    from vasowave.study.report.look import check_look_file, look_text, write_look
 
     if output is not None:
-        check_look_file(output)
+        reports.check_look_file(output)
     size = None if voxel is None else parse_voxel(voxel)
-    overview = looked(volume, threshold, cannula=cannula, species=cast(Any, species), voxel=size)
-    typer.echo(look_text(overview))
+    overview = vw.look(volume, threshold, cannula=cannula, species=cast(Any, species), voxel=size)
+    typer.echo(reports.look_text(overview))
     if output is not None:
-        typer.echo(f"Look at it: {write_look(overview, output)}")
+        typer.echo(f"Look at it: {reports.write_look(overview, output)}")
 
 
 @app.command(
@@ -58,22 +59,18 @@ def extract(
     setting_values: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Turn a volume into a checked vessel network, with everything needed to review and correct it."""
-    from vasowave.base.io.files import alone_in
-    from vasowave.lung.extraction import extract as extracted
     from vasowave.lung.kept.stages import Stages, forget_stages
     from vasowave.lung.options import Options
     from vasowave.lung.revise.edits import with_edits_in
-    from vasowave.study.folder.reading import home_of
-    from vasowave.study.report.extraction import check_extraction_folder, write_extraction
 
-    check_extraction_folder(output)
+    reports.check_extraction_folder(output)
     options = with_edits_in(output, Options(**setting_values or {}))
     stages = Stages(output if keep else None)
     with _stages() as report:
-        extraction = extracted(volume, options, report, stages)
+        extraction = vw.extract(volume, options, report, stages)
         report("results")
-        with alone_in(home_of(output)):
-            page = write_extraction(extraction, output)
+        with io.alone_in(folders.home_of(output)):
+            page = reports.write_extraction(extraction, output)
             stages.save()
     if not keep:
         forget_stages(output)
@@ -98,8 +95,6 @@ class LineReading:
 
     def check(self) -> None:
         """Refuse a cut or an end that there is not."""
-        from vasowave.base.errors import InputError
-
         cut, ends = self.cut, self.ends
         if cut not in ("axes", "tube", "identical"):
             raise InputError(f"cut '{cut}'; vessels meet where 'axes' do, or part at a 'tube' or where 'identical'")
@@ -132,14 +127,11 @@ def centerlines(
     ] = "mouse",
 ) -> None:
     """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""
-    from vasowave.base.errors import InputError
-    from vasowave.base.species import known_species
     from vasowave.lung.exchange.centerlines import measured_lines
     from vasowave.lung.measure.measurement import filled_at
     from vasowave.lung.options import check_wishes
     from vasowave.lung.revise.parts import wanted_part
     from vasowave.pulse.network.remarks import unlike_the_species
-    from vasowave.study.report.extraction import check_centerlines_folder, write_centerline_network
 
     wanted = (limits.generations, limits.vessels, limits.min_radius)
     check_wishes(*wanted)
@@ -148,7 +140,7 @@ def centerlines(
     surface, cut, ends = reading.surface, reading.cut, reading.ends
     if surface is not None and cut != "axes":
         raise InputError(f"a surface says where axes meet; leave it out with --cut {cut}")
-    check_centerlines_folder(output)
+    reports.check_centerlines_folder(output)
     size = _length_unit(reading.unit)
     complete = measured_lines(lines, size, cast(Any, cut), reading.collapse, surface, cast(Any, ends))
     if wrong := unlike_the_species(complete.network, species, size):
@@ -164,7 +156,7 @@ def centerlines(
         "collapse": reading.collapse,
         "vessels in the file": len(complete.network),
     }
-    write_centerline_network(measured, [lines, *([] if surface is None else [surface])], settings, output)
+    reports.write_centerline_network(measured, [lines, *([] if surface is None else [surface])], settings, output)
     typer.echo(repr(measured.network))
     table = quote(str(output / "network.csv"))
     typer.echo(f"Look at it: {output / 'figures' / 'network.png'}; then: vasowave fit {table} RECORDING")
@@ -177,19 +169,17 @@ def match(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV of the pairs.")] = None,
 ) -> None:
     """Pair the vessels of two networks one to one, by topology and size, and list those left over."""
-    from vasowave.base.io.files import check_file, write_file
     from vasowave.lung import matching
-    from vasowave.pulse.network_formats import read_network
 
     if output is not None:
-        check_file(output)
-    first_network, second_network = read_network(first), read_network(second)
+        io.check_file(output)
+    first_network, second_network = vw.read_network(first), vw.read_network(second)
     pairs = matching.match(first_network, second_network)
     lines = _pair_lines(first_network, second_network, pairs)
     if output is None:
         typer.echo("\n".join(lines))
     else:
-        write_file(output, "\n".join(lines) + "\n")
+        io.write_file(output, "\n".join(lines) + "\n")
     for path, unmatched in zip((first, second), matching.unmatched(first_network, second_network, pairs), strict=True):
         typer.echo(
             f"{path}: {len(unmatched)} vessels without counterpart{': ' if unmatched else ''}{', '.join(unmatched)}",
@@ -197,7 +187,7 @@ def match(
         )
 
 
-def _pair_lines(first: "Network", second: "Network", pairs: dict[int, int]) -> list[str]:
+def _pair_lines(first: "vw.Network", second: "vw.Network", pairs: dict[int, int]) -> list[str]:
     lines = ["first,second,length_first [cm],length_second [cm],radius_first [cm],radius_second [cm]"]
     for row, same in sorted(pairs.items()):
         sizes = (first.length[row], second.length[same], first.radius[row], second.radius[same])
@@ -207,8 +197,6 @@ def _pair_lines(first: "Network", second: "Network", pairs: dict[int, int]) -> l
 
 def _length_unit(text: str) -> float:
     """Return a unit of length, or a number of cm, in cm."""
-    from vasowave.base.units import factor
-
     try:
         return float(text)
     except ValueError:
@@ -265,20 +253,16 @@ def tidy(
     ] = "",
 ) -> None:
     """Repair a network: join what does not divide, merge what is too short for a wave; every repair is listed."""
-    from vasowave.base.errors import InputError
-    from vasowave.base.io.files import check_file
-    from vasowave.pulse.model.repairs import PROOF, tidy
+    from vasowave.pulse.model.repairs import PROOF
     from vasowave.pulse.network.tidying import SHORTEST
-    from vasowave.pulse.network.vessel_table import write_network
-    from vasowave.pulse.network_formats import read_network
 
-    check_file(output)
+    io.check_file(output)
     if output.exists() and output.samefile(network):
         raise InputError(f"{output}: would overwrite the network that is read; name another file with --output")
     allowed = PROOF.change if change is None else change / 100.0
     shortest_radii = SHORTEST if shortest is None else shortest
-    tidied = tidy(read_network(network, unit), shortest_radii, change=allowed, species=species)
-    write_network(tidied.network, output)
+    tidied = vw.tidy(vw.read_network(network, unit), shortest_radii, change=allowed, species=species)
+    vw.write_network(tidied.network, output)
     for repair in tidied.repairs:
         typer.echo(f"{repair.code}: {repair}")
     if isfinite(tidied.alike):

@@ -1,22 +1,21 @@
 """The model that a command works on: from network and recording, the folder of a fit, or a file of another program."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 
+import vasowave as vw
+from vasowave.base import io
+from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.species import SPECIES as SPECIES_RANGES
-
-if TYPE_CHECKING:
-    from vasowave.pulse.cycle.cycle import Inflow, Recording
-    from vasowave.pulse.model.blood import Blood
-    from vasowave.pulse.model.model import Model
-    from vasowave.pulse.model.numerics import Numerics
-    from vasowave.study.animal.animal import Animal
-    from vasowave.study.animal.result import AnimalResult
-    from vasowave.study.folder.settings import StudyFile
+from vasowave.base.species import known_species
+from vasowave.pulse import model as laws
+from vasowave.study import animal as animals
+from vasowave.study import figures, results, running
+from vasowave.study import folder as folders
 
 NETWORK = typer.Argument(
     help="Vessel table (CSV or Excel); or, alone, the folder of a fit or a study: its fitted model; or a file of "
@@ -29,8 +28,6 @@ RECORDING = typer.Argument(
 
 def _not_empty(context: typer.Context, option: typer.CallbackParam, value: str) -> str:
     """Refuse an empty name, which would silently mean the default."""
-    from vasowave.base.errors import InputError
-
     source = context.get_parameter_source(str(option.name))
     if source is not None and source.name == "COMMANDLINE" and not value.strip():
         raise InputError(f"--{option.name} is empty; name one (another word lists them), or leave the option out")
@@ -92,6 +89,8 @@ class Refinement:
     trust: Annotated[bool, TRUST] = False
 
 
+PICTURES = (".png", ".pdf", ".svg")
+"""How the names of pictures end."""
 DATA = ".nc"
 """How the name of a netCDF file ends."""
 _MODEL_FILES = (".yaml", ".yml", ".json")
@@ -99,30 +98,32 @@ _MODEL_FILES = (".yaml", ".yml", ".json")
 
 def trust_programs(study: Path, trust: bool) -> None:
     """Allow the programs of a study to run, if that was asked for; say which."""
-    from vasowave.study.running.programs import trust_study
-
-    for path in trust_study(study) if trust else ():
+    for path in vw.trust_study(study) if trust else ():
         typer.echo(f"allowed to run for this study: {path}", err=True)
 
 
-def model_from(subject: Subject, choice: ModelChoice, friction: str) -> "tuple[Model, Recording | Inflow]":
+def model_from(subject: Subject, choice: ModelChoice, friction: str) -> "tuple[vw.Model, vw.Recording | vw.Inflow]":
     """Return the nominal model of a network and a cycle, the fitted one of a folder, or a file's, and what flows in."""
-    from vasowave.base.errors import InputError, did_you_mean
-    from vasowave.pulse.model.blood import FRICTIONS, Blood
+    from vasowave.pulse.model.blood import FRICTIONS
 
     if friction and friction not in FRICTIONS:
         hint = did_you_mean(friction, FRICTIONS)
         raise InputError(f"unknown friction '{friction}'{hint}; there are: {', '.join(FRICTIONS)}")
-    blood = Blood(friction=FRICTIONS[friction]()) if friction else None
+    blood = vw.Blood(friction=FRICTIONS[friction]()) if friction else None
     network = subject.network
     if not brings_its_model(network):
-        return _nominal(subject, choice, blood or Blood())
+        return _nominal(subject, choice, blood or vw.Blood())
     if subject.recording:
         raise InputError(f"{network} brings the flow into it along; leave the recording out")
     if choice.bed:
         raise InputError(f"{network} brings its vascular beds along; leave --bed out")
-    wall = choice.wall
-    model, flow = _fitted(network, choice.animal, wall) if network.is_dir() else _model_file(network, wall)
+    if network.is_dir():
+        result = stored_animal(network, choice.animal)
+        model, flow = vw.stored_model(result, choice.wall), animals.stored_inflow(result, choice.wall)
+    elif choice.wall not in ("", "linear"):
+        raise InputError(f"{network}: its wall is the linear one; leave --wall out")
+    else:
+        model, flow = vw.read_svzerod(network) if network.suffix.lower() == ".json" else vw.read_openbf(network)
     return (model.changed(blood=blood) if blood else model), flow
 
 
@@ -131,11 +132,8 @@ def brings_its_model(network: Path) -> bool:
     return network.is_dir() or network.suffix.lower() in _MODEL_FILES
 
 
-def narrowed_model(model: "Model", narrow: Sequence[str]) -> "Model":
+def narrowed_model(model: "vw.Model", narrow: Sequence[str]) -> "vw.Model":
     """Return the model with the narrowings that were typed, see `NARROW`."""
-    from vasowave.base.errors import InputError
-    from vasowave.pulse.model.losses import narrowed
-
     for text in narrow:
         vessel, _, numbers = text.rpartition("=")
         try:
@@ -145,85 +143,64 @@ def narrowed_model(model: "Model", narrow: Sequence[str]) -> "Model":
         if not vessel.strip() or len(stiffer) > 1:
             raise InputError(f"--narrow {text}: write VESSEL=SHARE,CM, for example 2=0.8,0.05")
         try:
-            model = narrowed(model, vessel.strip(), area_lost, length, stiffer=stiffer[0] if stiffer else 1.0)
+            model = vw.narrowed(model, vessel.strip(), area_lost, length, stiffer=stiffer[0] if stiffer else 1.0)
         except InputError as error:
             raise InputError(f"--narrow {text}: {error}") from None
     return model
 
 
-def numerics_from(refinement: Refinement) -> "Numerics":
+def numerics_from(refinement: Refinement) -> "vw.Numerics":
     """Return the numerics with the sizes that were typed."""
-    from vasowave.pulse.model.numerics import Numerics
-
     values = {"cell_size": refinement.cell_size, "accuracy": refinement.accuracy}
-    return Numerics(**{name: value for name, value in values.items() if value is not None})  # type: ignore[arg-type]
+    return vw.Numerics(**{name: value for name, value in values.items() if value is not None})  # type: ignore[arg-type]
 
 
-def _fitted(folder: Path, animal: str, wall: str) -> "tuple[Model, Recording | Inflow]":
-    from vasowave.study.animal.stored import stored_inflow, stored_model
-
-    result = stored_animal(folder, animal)
-    return stored_model(result, wall), stored_inflow(result, wall)
-
-
-def _model_file(file: Path, wall: str) -> "tuple[Model, Inflow]":
-    from vasowave.base.errors import InputError
-    from vasowave.study.exchange.openbf_reading import read_openbf
-    from vasowave.study.exchange.svzerod_reading import read_svzerod
-
-    if wall not in ("", "linear"):
-        raise InputError(f"{file}: its wall is the linear one; leave --wall out")
-    return read_svzerod(file) if file.suffix.lower() == ".json" else read_openbf(file)
-
-
-def _nominal(subject: Subject, choice: ModelChoice, blood: "Blood") -> "tuple[Model, Recording]":
-    from vasowave.base.species import known_species
-    from vasowave.pulse.model.laws import find_bed, find_law
-    from vasowave.pulse.model.model import Model
-    from vasowave.pulse.model.nominal import estimate_nominal
-    from vasowave.study.folder.settings import StudyFile
-
+def _nominal(subject: Subject, choice: ModelChoice, blood: "vw.Blood") -> "tuple[vw.Model, vw.Recording]":
     cells = {} if choice.period is None else {"period [s]": repr(choice.period)}
-    settings = StudyFile(species=known_species(choice.species))
+    settings = folders.StudyFile(species=known_species(choice.species))
     animal = animal_from(subject.network, subject.recording or [], cells, settings)
-    nominal = estimate_nominal(animal.network, animal.recording, blood, find_bed(choice.bed or "windkessel"))
-    law = find_law(choice.wall or "linear")
-    model = Model(animal.network, nominal.wall(law), nominal.outlets, blood, nominal.outlet_pressure,
+    nominal = vw.estimate_nominal(animal.network, animal.recording, blood, laws.find_bed(choice.bed or "windkessel"))
+    law = laws.find_law(choice.wall or "linear")
+    model = vw.Model(animal.network, nominal.wall(law), nominal.outlets, blood, nominal.outlet_pressure,
                   outlet_pulsation=nominal.outlet_pulsation)  # fmt: skip
     return model, animal.recording
 
 
 def animal_from(
-    network: Path, recording: Sequence[Path], cells: "Mapping[str, str]", settings: "StudyFile"
-) -> "Animal":
+    network: Path, recording: Sequence[Path], cells: "Mapping[str, str]", settings: "folders.StudyFile"
+) -> "vw.Animal":
     """Return the animal of a network and a recording of any kind, as a study reads it; say what was noticed."""
-    from vasowave.base.errors import InputError
-    from vasowave.study.folder.names import plain_name
-    from vasowave.study.results.loading import load_animal
-    from vasowave.study.results.physiology import tell_blood
-    from vasowave.study.running.single_animal import one_row
-
     if not network.exists():
         raise InputError(f"{network}: no such file or folder")
     if not recording:
         raise InputError(f"{network}: a network needs a recording too, whose flow enters it")
-    row = one_row(network, recording, plain_name(recording[0].stem), settings.groups[0], cells)
-    tell_blood(settings.blood)
-    animal = load_animal(row, settings, Path())
+    row = running.one_row(network, recording, folders.plain_name(recording[0].stem), settings.groups[0], cells)
+    results.tell_blood(settings.blood)
+    animal = results.load_animal(row, settings, Path())
     for note in animal.recording.notes:
         typer.echo(f"note: {note}", err=True)
     return animal
 
 
-def stored_animal(folder: Path, animal: str) -> "AnimalResult":
+def stored_animal(folder: Path, animal: str) -> "vw.AnimalResult":
     """Return the stored result of one animal of a fit or a study."""
-    from vasowave.base.errors import InputError
-    from vasowave.study.results.results import read_results
-
-    results = read_results(folder)
+    results = vw.read_results(folder)
     if not animal and len(results) > 1:
         raise InputError(f"{folder}: name one of its animals with --animal: {', '.join(results)}")
     name = animal or next(iter(results))
     if name not in list(results):
         raise InputError(f"{folder}: no animal '{name}'; there are: {', '.join(results)}")
     return results[name]
+
+
+def check_files(*files: tuple[Path | None, *tuple[str, ...]]) -> None:
+    """Refuse a file that cannot be written, each by the endings that stand behind it; none was asked for where None."""
+    for path, *endings in files:
+        if path is not None:
+            io.check_file(path, *endings)
+
+
+def draw(figure: Callable[[], Any], plot: Path) -> Path:
+    """Write a picture and return its file."""
+    with figures.style():
+        return io.write_file(plot, figures.as_file(figure(), plot.suffix.lower()[1:]))

@@ -2,21 +2,20 @@
 
 import inspect
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 import typer
 from typer.main import get_command
 
+import vasowave as vw
 from vasowave.base.cures import FLOW_ZERO, field_of
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Place
 from vasowave.base.settings import Setting, settings_of
 from vasowave.cli.signatures import TYPED, with_parameters
+from vasowave.study import folder as folders
 from vasowave.study.folder.problems import refuse
 from vasowave.study.folder.reading import Document
-
-if TYPE_CHECKING:
-    from vasowave.study.folder.settings import StudyFile
 
 _NOT_FOR_ONE = ("title", "animals", "groups", "design")
 """Keys of a study file that say nothing of a single animal."""
@@ -139,7 +138,7 @@ class GivenOptions(Document):
         return Place(part=flag((words or list(path))[0]))
 
 
-def read_settings(options: Mapping[str, Any], title: str, group: str) -> "StudyFile":
+def read_settings(options: Mapping[str, Any], title: str, group: str) -> "folders.StudyFile":
     """Return the settings of a study of one group, with those that the `options` say.
 
     Raises
@@ -147,14 +146,12 @@ def read_settings(options: Mapping[str, Any], title: str, group: str) -> "StudyF
     InputError
         Everything that is wrong in them, each with its option.
     """
-    from vasowave.study.folder.reading import validated
-
     values: dict[str, Any] = {"title": title, "groups": [group]}
     for section, key, setting in _keys():
         if key in options:
             (values.setdefault(section, {}) if section else values)[key] = _value(setting, options[key])
     document = GivenOptions("options", values)
-    settings = validated(document)
+    settings = folders.validated(document)
     refuse(document.problems)
     assert settings is not None
     return settings
@@ -169,10 +166,8 @@ def _options_of(name: str) -> dict[str, Any]:
     if name == "add":
         return _row_options(False, CELLS_OF_ADD)
     if name == "loops":
-        from vasowave.catheter.read.loops import LoopReading
-
         typed = {name: Setting(dict, {}, meaning) for name, meaning in _OF_LOOPS.items()}
-        plain = {key: setting for key, setting in settings_of(LoopReading).items() if key not in _NAMED_BY_CHANNEL}
+        plain = {key: setting for key, setting in settings_of(vw.LoopReading).items() if key not in _NAMED_BY_CHANNEL}
         return {key: _option(key, setting, "recording") for key, setting in (typed | plain).items()}
     keys = [(section, key, setting) for section, key, setting in _keys() if _belongs(name, section, key)]
     options = _row_options(True) | {
@@ -189,20 +184,16 @@ def _belongs(name: str, section: str, key: str) -> bool:
 
 
 def _row_options(shortened: bool, titles: Sequence[str] = CELLS) -> dict[str, Any]:
-    from vasowave.study.folder.rows import COLUMNS
-
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
-    plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in titles}
+    plain = {field_of(title): Setting(str, None, f"{folders.COLUMNS[title]} ({title})") for title in titles}
     settings = (several | plain).items()
     return {name: _option(name, setting, "recording", shortened and name not in _SHOWN) for name, setting in settings}
 
 
 def _keys() -> list[tuple[str, str, Setting]]:
     """Return section (empty for the top level), name and declaration of every setting of one animal's study."""
-    from vasowave.study.folder.settings import StudyFile
-
     keys: list[tuple[str, str, Setting]] = []
-    for name, setting in settings_of(StudyFile).items():
+    for name, setting in settings_of(folders.StudyFile).items():
         if name in _NOT_FOR_ONE:
             continue
         if setting.section:

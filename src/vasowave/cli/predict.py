@@ -1,17 +1,18 @@
 """The command that says what a change, or a further measurement, would do."""
 
-from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+import vasowave as vw
+from vasowave.base import io
+from vasowave.base.errors import InputError
 from vasowave.cli import models
 from vasowave.cli.app import app
-
-if TYPE_CHECKING:
-    from vasowave.pulse.analysis.prediction import Prediction
-    from vasowave.pulse.inference.measurements import ExpectedPrecision
+from vasowave.cli.progress import print_table, waiting
+from vasowave.cli.simulate import pairs_of
+from vasowave.study import animal as animals
 
 _FIT = typer.Argument(help="Folder of a fit or a study.")
 _CHANGE = typer.Option(
@@ -46,17 +47,7 @@ def predict(
     trust: Annotated[bool, models.TRUST] = False,
 ) -> None:
     """Say what a change does to pressure, power and shear of a fitted animal, before and after, with intervals."""
-    from vasowave.base.errors import InputError
-    from vasowave.base.io.files import check_file, write_file
-    from vasowave.cli.progress import waiting
-    from vasowave.cli.simulate import PICTURES, draw, pairs_of
-    from vasowave.pulse.analysis import prediction
-    from vasowave.study.animal.stored import stored_fit, stored_precision
-
-    if output is not None:
-        check_file(output, ".csv")
-    if plot is not None:
-        check_file(plot, *PICTURES)
+    models.check_files((output, ".csv"), (plot, *models.PICTURES))
     models.trust_programs(fit, trust)
     result = models.stored_animal(fit, animal)
     if measurements:
@@ -65,14 +56,14 @@ def predict(
                 "--measurements changes nothing and draws nothing; leave --change, --narrow and --plot out"
             )
         with waiting("simulating"):
-            expected = stored_precision(result, wall, site)
+            expected = animals.stored_precision(result, wall, site)
         _tell_measurements(expected, output)
         return
     if site:
         raise InputError("--site names where a second pressure could be recorded; give --measurements beside it")
-    stored, factors = stored_fit(result, wall), pairs_of(change or [])
+    stored, factors = vw.stored_fit(result, wall), pairs_of(change or [])
     with waiting("simulating"):
-        foretold = prediction.predict(
+        foretold = vw.predict(
             stored,
             factors,
             remodel=(lambda model: models.narrowed_model(model, narrow)) if narrow else None,
@@ -80,30 +71,28 @@ def predict(
         )
     _print(foretold)
     if output is not None:
-        write_file(output, foretold.table.to_csv(index_label="quantity", float_format="%.6g", lineterminator="\n"))
+        io.write_file(output, foretold.table.to_csv(index_label="quantity", float_format="%.6g", lineterminator="\n"))
     if plot is not None:
-        draw(foretold.figure, plot)
+        models.draw(foretold.figure, plot)
     if written := [str(path) for path in (output, plot) if path is not None]:
         typer.echo(f"Written: {', '.join(written)}")
 
 
-def _tell_measurements(expected: "ExpectedPrecision", output: Path | None) -> None:
+def _tell_measurements(expected: "vw.ExpectedPrecision", output: Path | None) -> None:
     """Print by which factor each interval would shrink, and write the table if it is asked for."""
-    from vasowave.base.io.files import write_file
-
     rows = [("", "value", "95 % interval", "unit", *expected.measurements)]
     rows += [
         (str(name), f"{row['value']:.4g}", f"[{row['low']:.3g}, {row['high']:.3g}]", row["unit"].removeprefix("1"),
          *(f"{row[measurement]:.2f}" for measurement in expected.measurements))
         for name, row in expected.table.iterrows()
     ]  # fmt: skip
-    _print_table(rows, (0, 3), expected.assumptions)
+    print_table(rows, (0, 3), expected.assumptions)
     if output is not None:
-        write_file(output, expected.table.to_csv(float_format="%.6g", lineterminator="\n"))
+        io.write_file(output, expected.table.to_csv(float_format="%.6g", lineterminator="\n"))
         typer.echo(f"Written: {output}")
 
 
-def _print(foretold: "Prediction") -> None:
+def _print(foretold: "vw.Prediction") -> None:
     """Print the numbers as a table, and below it what a reader must know."""
     import numpy as np
 
@@ -114,15 +103,4 @@ def _print(foretold: "Prediction") -> None:
          row["unit"].removeprefix("1"))
         for name, row in foretold.table.iterrows()
     ]  # fmt: skip
-    _print_table(rows, (0, 5), foretold.remarks)
-
-
-def _print_table(rows: Sequence[tuple[str, ...]], texts: tuple[int, ...], remarks: Iterable[str]) -> None:
-    """Print rows, of which some columns are texts, and remarks below them."""
-    from vasowave.cli.progress import print_text
-    from vasowave.study.results.overview import aligned
-
-    for line in aligned(rows, texts):
-        typer.echo(line)
-    for remark in remarks:
-        print_text(remark)
+    print_table(rows, (0, 5), foretold.remarks)

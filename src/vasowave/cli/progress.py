@@ -4,18 +4,17 @@ import shutil
 import textwrap
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
 
 from vasowave.base.errors import printable
-
-if TYPE_CHECKING:
-    from vasowave.study.folder.settings import StudyFile
-    from vasowave.study.results.overview import AnimalRead
+from vasowave.base.runtime.thread_limits import cores
+from vasowave.pulse import model as laws
+from vasowave.study import folder as folders
+from vasowave.study import results
 
 SAY = 60.0
 """Seconds between the lines that long work writes where there is no terminal."""
@@ -23,25 +22,27 @@ SAY = 60.0
 
 def show_animals(rows: "Sequence[Sequence[str]]") -> None:
     """Print what was read of every animal, a row of cells each."""
-    from vasowave.study.results.overview import overview_lines
-
-    for line in overview_lines(rows, terminal_width()):
+    for line in results.overview_lines(rows, terminal_width()):
         typer.echo(line)
 
 
-def work_of(read: "Sequence[AnimalRead]", settings: "StudyFile") -> str:
+def work_of(read: "Sequence[results.AnimalRead]", settings: "folders.StudyFile") -> str:
     """Return how much there is to compute, in words."""
-    from vasowave.base.runtime.thread_limits import cores
-    from vasowave.pulse.model.law_files import plain
-    from vasowave.study.results.overview import expected_seconds
-
-    minutes = expected_seconds(read, settings, cores()) / 60
+    minutes = results.expected_seconds(read, settings, cores()) / 60
     walls, starts = settings.calibration.walls, settings.calibration.starts
     rows = "Recordings" if settings.design.subject else "Animals"
     return (
-        f"{rows} {len(read)}; wall laws {', '.join(map(plain, walls))}; {starts} starts of each fit: roughly "
+        f"{rows} {len(read)}; wall laws {', '.join(map(laws.plain, walls))}; {starts} starts of each fit: roughly "
         f"{max(1, round(minutes))} min to compute here ({cores()} cores), less where results are kept."
     )
+
+
+def print_table(rows: Sequence[tuple[str, ...]], left_aligned: tuple[int, ...], remarks: Iterable[str] = ()) -> None:
+    """Print rows, of which some columns are words, and remarks below them."""
+    for line in results.aligned(rows, left_aligned):
+        typer.echo(line)
+    for remark in remarks:
+        print_text(remark)
 
 
 def terminal_width() -> int:

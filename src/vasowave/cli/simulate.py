@@ -9,18 +9,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import vasowave as vw
+from vasowave.base import io
+from vasowave.base.errors import InputError
 from vasowave.cli import models
 from vasowave.cli.app import app
+from vasowave.cli.progress import alive, time_left, waiting
 from vasowave.cli.signatures import with_option_groups
+from vasowave.pulse import model as laws
+from vasowave.pulse import solver
+from vasowave.study import animal as animals
+from vasowave.study import figures
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
-    from vasowave.pulse.model.model import Model
 
-PICTURES = (".png", ".pdf", ".svg")
-"""How the names of pictures end."""
 _NAMES = (
     "Names: the wall law's (beta; p1, gamma; beta, m), in mmHg and plain numbers; of the vascular beds R_T "
     "\\[mmHg s/ml], a = R1/R_T, tau \\[s]; radius and length: factors of all vessels; "
@@ -42,15 +46,10 @@ def simulate(
     refinement: models.Refinement,
 ) -> None:
     """Simulate a network with nominal, given or fitted parameters and write the waveforms of every vessel."""
-    from vasowave.base.io.files import check_file
-    from vasowave.cli.progress import waiting
-    from vasowave.pulse import solver
-    from vasowave.pulse.model import changed_model
-
-    check_file(output, models.DATA)
+    io.check_file(output, models.DATA)
     models.trust_programs(subject.network, refinement.trust)
     model, cycle = models.model_from(subject, choice, refinement.friction)
-    model = models.narrowed_model(changed_model(model, pairs_of(values or [])), refinement.narrow or [])
+    model = models.narrowed_model(laws.changed_model(model, pairs_of(values or [])), refinement.narrow or [])
     with waiting("simulating"):
         result = solver.simulate(model, cycle, models.numerics_from(refinement))
     _write(result, output)
@@ -92,14 +91,7 @@ def sweep(
     refinement: models.Refinement,
 ) -> None:
     """Simulate every combination of parameter values; keeps the root's pressure and what each vessel has of it."""
-    from vasowave.base.errors import InputError
-    from vasowave.base.io.files import check_file
-    from vasowave.cli.progress import alive, time_left
-    from vasowave.pulse import solver
-
-    check_file(output, ".csv", models.DATA)
-    if plot is not None:
-        check_file(plot, *PICTURES)
+    models.check_files((output, ".csv", models.DATA), (plot, *models.PICTURES))
     if not vary:
         raise InputError("nothing to vary; give --vary NAME=VALUES, for example --vary beta=40,60,80")
     models.trust_programs(subject.network, refinement.trust)
@@ -118,15 +110,13 @@ def sweep(
             made[:] = done, count
             show(done, count)
 
-        def narrowed(variant: "Model") -> "Model":
+        def narrowed(variant: "vw.Model") -> "vw.Model":
             return models.narrowed_model(variant, refinement.narrow or [])
 
         result = solver.sweep(model, cycle, grid, numerics, progress=progress, after=narrowed)
     _write_sweep(result, output)
     if plot is not None:
-        from vasowave.study.figures.sweep import sweep_figure
-
-        draw(lambda: sweep_figure(result), plot)
+        models.draw(lambda: figures.sweep_figure(result), plot)
     failed, noted = (int((result[name] != "").sum()) for name in ("failure", "notes"))
     typer.echo(f"{result['failure'].size} simulations, {failed} failed ('failure' says why), {noted} with a warning "
                f"('notes' says which). Sweep: {output}"
@@ -146,31 +136,17 @@ def _bar() -> "Iterator[Callable[[int, int], None]]":
 
 def _write_sweep(result: "xr.Dataset", output: Path) -> None:
     from vasowave.base.io.columns import spreadsheet_cell
-    from vasowave.base.io.files import write_file
-    from vasowave.pulse.solver.parameter_sweep import sweep_table
 
     if output.suffix.lower() != ".csv":
         _write(result, output)
         return
-    table = sweep_table(result)
+    table = solver.sweep_table(result)
     for name in ("failure", "notes"):
         table[name] = [spreadsheet_cell(" ".join(text.split())) for text in table[name]]
-    write_file(output, table.to_csv(index=False, lineterminator="\n", float_format="%.6g"))
-
-
-def draw(figure: "Callable[[], Figure]", plot: Path) -> None:
-    """Write a picture."""
-    from vasowave.base.io.files import write_file
-    from vasowave.study.figures.matplotlib_style import style
-    from vasowave.study.figures.rendering import as_file
-
-    with style():
-        write_file(plot, as_file(figure(), plot.suffix.lower()[1:]))
+    io.write_file(output, table.to_csv(index=False, lineterminator="\n", float_format="%.6g"))
 
 
 def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
-    from vasowave.base.errors import InputError
-
     wrong = next((text for text in texts if "=" not in text), None)
     if wrong is not None:
         raise InputError(f"'{wrong}': write NAME=VALUE, for example beta=60")
@@ -185,25 +161,20 @@ def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
 
 def pairs_of(texts: Sequence[str]) -> dict[str, float]:
     """Return numbers by name from texts such as ``beta=60``; raises `InputError` for another."""
-    return {name: _number(name, text) for name, text in _split(texts)}
-
-
-def _number(name: str, text: str) -> float:
-    from vasowave.base.errors import InputError
-
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(
-            f"{name}={text}: write one number with a decimal point, as 0.7; `vasowave sweep --vary` takes several"
-        ) from None
+    numbers = {}
+    for name, text in _split(texts):
+        try:
+            numbers[name] = float(text)
+        except ValueError:
+            raise InputError(
+                f"{name}={text}: write one number with a decimal point, as 0.7; `vasowave sweep --vary` takes several"
+            ) from None
+    return numbers
 
 
 def _numbers(name: str, text: str) -> list[float]:
     """Return the numbers in ``from:to:count`` or ``one,other``."""
     import numpy as np
-
-    from vasowave.base.errors import InputError
 
     try:
         if ":" in text:
@@ -217,10 +188,7 @@ def _numbers(name: str, text: str) -> list[float]:
 def _write(result: "xr.Dataset", output: Path) -> None:
     import xarray as xr
 
-    from vasowave.base.io.files import write_file
-    from vasowave.study.animal.files import to_bytes
-
-    write_file(output, to_bytes(xr.DataTree(result)))
+    io.write_file(output, animals.to_bytes(xr.DataTree(result)))
 
 
 @app.command(
@@ -242,12 +210,10 @@ def export(
     refinement: models.Refinement,
 ) -> None:
     """Write a model and its waves for ParaView, MATLAB, openBF or svZeroDSolver."""
-    from vasowave.study.exchange.export import export_model
-
     models.trust_programs(subject.network, refinement.trust)
     model, flow = models.model_from(subject, choice, refinement.friction)
     model, numerics = models.narrowed_model(model, refinement.narrow or []), models.numerics_from(refinement)
-    sentences = export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)
+    sentences = vw.export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)
     typer.echo(repr(model))
     for sentence in sentences:
         typer.echo(f"  {sentence}")

@@ -5,27 +5,27 @@ import platform
 import shlex
 import sys
 import time
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+import vasowave as vw
+from vasowave.base.errors import InputError
 from vasowave.base.findings import sentence
+from vasowave.base.runtime.interrupts import interruptible
 from vasowave.base.runtime.thread_limits import cores
 from vasowave.cli import models
 from vasowave.cli.answer import Answer
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
 from vasowave.cli.cures import VALUE, code_of, problem_lines, shell_of
 from vasowave.cli.progress import alive, print_text, show_animals, waiting, work_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from vasowave.study.folder.problems import StudyProblem
-    from vasowave.study.folder.study import Study
-    from vasowave.study.running.run_state import RunRecord
-    from vasowave.study.running.runs import Done
+from vasowave.study import animal as animals
+from vasowave.study import datasets, entering, running
+from vasowave.study import folder as folders
+from vasowave.study import report as reports
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
 _STATUS = typer.Argument(help="The folder of a study or of a fit, or a study.yaml.")
@@ -39,13 +39,10 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 1,
 ) -> None:
     """Do a whole study of 7 + 5 virtual mice, from raw recordings to the report. No animal was measured."""
-    from vasowave.study.entering.template import write_virtual_study
-    from vasowave.study.running.executors import compile_beside
-
     typer.echo("SYNTHETIC: vasowave makes the twelve mice itself, from published parameters and group statistics.")
     begun = time.monotonic()
-    compile_beside("tangent")  # the mice are made with the linear wall
-    write_virtual_study(output, starts=starts, seed=seed)
+    running.compile_beside("tangent")  # the mice are made with the linear wall
+    entering.write_virtual_study(output, starts=starts, seed=seed)
     typer.echo(f"Study: {output} ({time.monotonic() - begun:.0f} s)")
     _run(output)
 
@@ -56,9 +53,7 @@ def samples(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 10,
 ) -> None:
     """Write six synthetic recordings and two vessel tables to practise on, untidy as a lab's files are."""
-    from vasowave.study.datasets.virtual_files import write_lab_files
-
-    for path in write_lab_files(folder, seed):
+    for path in datasets.write_lab_files(folder, seed):
         typer.echo(f"  {path}")
     typer.echo("SYNTHETIC: vasowave made these files from published parameters; no animal was measured.")
     typer.echo(f"Next: vasowave new my-study --groups control,hypoxia; vasowave add my-study {_typed(folder)}")
@@ -71,12 +66,10 @@ def new(
     species: Annotated[str, typer.Option(help=f"{models.SPECIES_NAMES}.")] = "mouse",
 ) -> None:
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
-    from vasowave.study.entering.template import new_study
-
     labels = [(label.partition("=")[0] or label).strip() for label in groups.split(",")]
     if labels != [label.strip() for label in groups.split(",")]:
         print_text("note: groups are called by what stands before '='; say the whole to `vasowave add --groups`, too")
-    for path in new_study(folder, labels, species):
+    for path in entering.new_study(folder, labels, species):
         typer.echo(f"  {path}")
     if len(labels) == 1:
         print_text(
@@ -106,22 +99,18 @@ def add(
 
     Exit status 3 if a file could not be read, else that of `check`: 1 if the study cannot run like this.
     """
-    from vasowave.base.errors import InputError
     from vasowave.cli.options import CELLS_OF_ADD, row_cells
-    from vasowave.study.entering.adding import add_files
-    from vasowave.study.entering.checking import check_study
-    from vasowave.study.folder.problems import UNREADABLE
 
     place, files = _study_here(study, paths or [])
     cells = row_cells(dict(setting_values or {}), CELLS_OF_ADD)
     if group == VALUE:
         raise InputError(f"{VALUE} stands for what you know: type the group itself; nothing was added")
-    added = add_files(place, files, group=group, groups=groups, network=network, cells=cells,
+    added = entering.add_files(place, files, group=group, groups=groups, network=network, cells=cells,
                       ask=_ask if sys.stdin.isatty() and sys.stdout.isatty() else None)  # fmt: skip
     names = {row["animal"] for row in added.rows}
     suffix = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
     print_text(f"{added.table}: {_counted(len(names), 'new row')}{suffix}")
-    problems, read, settings, _ = check_study(place)
+    problems, read, settings, _ = entering.check_study(place)
     new = [animal for animal in read if animal.animal in names | set(added.updated)]
     if settings is not None and new:
         show_animals([animal.row() for animal in new])
@@ -147,12 +136,12 @@ def add(
         print_text(
             f"{_counted(len(added.refused), 'file')} of these could not be read: no row of the table holds such a file"
         )
-    if added.refused or any(problem.finding.code == UNREADABLE.code for problem in added_problems):
+    if added.refused or any(problem.finding.code == folders.UNREADABLE.code for problem in added_problems):
         raise typer.Exit(FAILED)
     raise typer.Exit(WRONG_INPUT if errors else 0)
 
 
-def _tell_problems(problems: "Sequence[StudyProblem]", study: Path) -> None:
+def _tell_problems(problems: "Sequence[folders.StudyProblem]", study: Path) -> None:
     shell = shell_of(study)
     for problem in problems:
         print_text(problem_lines(problem, shell))
@@ -160,11 +149,8 @@ def _tell_problems(problems: "Sequence[StudyProblem]", study: Path) -> None:
 
 def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
     """Return the study and the files; where the first name is no study but the current folder is, all are files."""
-    from vasowave.base.errors import InputError
-    from vasowave.study.folder.places import STUDY_FILE, YAML, study_path
-
-    is_study = study_path(study).is_file() and (study.is_dir() or study.suffix.lower() in YAML)
-    if not is_study and Path(STUDY_FILE).is_file():
+    is_study = folders.study_path(study).is_file() and (study.is_dir() or study.suffix.lower() in folders.YAML)
+    if not is_study and Path(folders.STUDY_FILE).is_file():
         return Path(), [study, *paths]
     if study.is_file() and not is_study:
         raise InputError(f"{study} is no study; name the study's folder before the files (`vasowave new` makes one)")
@@ -202,10 +188,7 @@ def check(study: Annotated[Path, _STUDY] = Path(), trust: Annotated[bool, models
 
 def _check(study: Path, answer: Answer) -> int:
     """Check a study, say what is wrong or odd, and return how many errors there are."""
-    from vasowave.study.entering.checking import check_study
-    from vasowave.study.running.plan import declare, read_study
-
-    problems, read, settings, design = check_study(study)
+    problems, read, settings, design = entering.check_study(study)
     errors = sum(problem.error for problem in problems)
     if settings is not None and read:
         answer.announce("animals", [animal.row() for animal in read])
@@ -214,7 +197,7 @@ def _check(study: Path, answer: Answer) -> int:
     for problem in problems:
         answer.announce("text", problem_lines(problem, shell))
     if settings is not None and not errors:
-        declare(read_study(study))
+        running.declare(vw.read_study(study))
     if design:
         answer.announce("line", f"Design: {design}")
     counts = f"{_counted(errors, 'error')}, {_counted(len(problems) - errors, 'warning')}"
@@ -245,14 +228,10 @@ def run(
 
 def _run_again(study: Path, report: bool, answer: Answer) -> bool:
     """Do a run that has nothing to do, and return whether that is so: no file has changed since the last."""
-    from vasowave.base.runtime.interrupts import interruptible
-    from vasowave.study.folder.places import study_path
-    from vasowave.study.running.run_state import running
-
     count = dict(answer.recalled() or ()).get("count")
     if count is None:
         return False
-    with interruptible(), running(study_path(study).parent, count) as run:
+    with interruptible(), running.running(folders.study_path(study).parent, count) as run:
         stage = {"stage": "writing the report"} if report else {}
         run.write(**stage, done=count, message=f"0 computed, {count} kept from earlier, 0 failed")
         return answer.repeated()
@@ -264,18 +243,12 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
 
     Exit status 1 if the study holds errors; animals whose rows do are not among those listed.
     """
-    from vasowave.study.folder.places import study_path
-    from vasowave.study.folder.problems import refuse
-    from vasowave.study.running.plan import inspect_study
-    from vasowave.study.running.programs import NOT_RUN
-    from vasowave.study.running.status import fit_status, study_status
-
-    alone = fit_status(study) if study.is_dir() and not study_path(study).exists() else None
-    plan, problems = (None, []) if alone else inspect_study(study)
+    alone = running.fit_status(study) if study.is_dir() and not folders.study_path(study).exists() else None
+    plan, problems = (None, []) if alone else running.inspect_study(study)
     errors = [problem for problem in problems if problem.error]
     if plan is None:
-        refuse(errors)
-    animals, runner, run = study_status(plan) if plan is not None else alone or ((), None, None)
+        folders.refuse(errors)
+    animals, runner, run = vw.study_status(plan) if plan is not None else alone or ((), None, None)
     for animal in animals:
         print_text(f"{animal.animal}: {animal}")
     done, lost = (sum(animal.state == state for animal in animals) for state in ("done", "failed"))
@@ -291,38 +264,31 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
         print_text(
             f"The results are of an earlier {earlier}; vasowave run {_typed(study)} writes them anew, with the report"
         )
-    _tell_problems(errors + [problem for problem in problems if problem.finding.code == NOT_RUN.code], study)
+    _tell_problems(errors + [problem for problem in problems if problem.finding.code == running.NOT_RUN.code], study)
     raise typer.Exit(1 if errors else 0)
 
 
 @app.command(epilog="Example: vasowave stop my-study")
 def stop(study: Annotated[Path, _STATUS] = Path()) -> None:
     """Ask the run of a study to stop, wherever it runs; once more, some seconds later, end it at once."""
-    from vasowave.study.folder.places import RESULTS, study_path
-    from vasowave.study.running.run_state import ask_to_stop
-
-    folder = study if study.is_dir() else study_path(study).parent
-    sentence = ask_to_stop(folder / RESULTS, f"vasowave stop (process {os.getpid()} on {platform.node()})")
-    typer.echo(f"{sentence[0].upper()}{sentence[1:]}.")
+    folder = study if study.is_dir() else folders.study_path(study).parent
+    by = f"vasowave stop (process {os.getpid()} on {platform.node()})"
+    answer = running.ask_to_stop(folder / folders.RESULTS, by)
+    typer.echo(f"{answer[0].upper()}{answer[1:]}.")
 
 
-def _row_of(plan: "Study | None") -> str:
+def _row_of(plan: "folders.Study | None") -> str:
     """Return what a row of the table of animals is."""
     return "recording" if plan is not None and plan.settings.design.subject else "animal"
 
 
-def _earlier(plan: "Study") -> str:
+def _earlier(plan: "folders.Study") -> str:
     """Return what the study says otherwise than when its results were made, of what no animal is computed anew for."""
-    from vasowave.base.errors import InputError
-    from vasowave.study.report.wording import listed
-    from vasowave.study.results.results import read_results
-    from vasowave.study.running.status import outdated
-
     try:
-        settings, columns = outdated(plan, read_results(plan.results))
+        settings, columns = running.outdated(plan, vw.read_results(plan.results))
     except InputError:  # there are none yet
         return ""
-    return listed([*settings, *(f"column '{label}'" for label in columns)])
+    return reports.listed([*settings, *(f"column '{label}'" for label in columns)])
 
 
 def _run(
@@ -333,34 +299,28 @@ def _run(
     pdf: bool | None = None,
     as_json: bool = False,
 ) -> None:
-    from vasowave.base.runtime.interrupts import interruptible
     from vasowave.cli.watching import event
-    from vasowave.study.animal.failure import as_plain
     from vasowave.study.entering.checking import doubled_animals
-    from vasowave.study.folder.problems import refuse
-    from vasowave.study.running.plan import read_study
-    from vasowave.study.running.reporting import missing_of
-    from vasowave.study.running.run_state import running
 
     answer = Answer("run", study, str(report), str(pdf))
     with answer.recorded(study, ran=True) if not as_json else nullcontext():
-        plan = read_study(study)
-        refuse(doubled_animals(plan))
+        plan = vw.read_study(study)
+        folders.refuse(doubled_animals(plan))
         announce = (lambda *text: None) if as_json else answer.announce
         announce("count", len(plan.animals))
         announce("line", f"{_counted(len(plan.animals), _row_of(plan))}.")
         try:
-            with interruptible(), running(plan.folder, len(plan.animals)) as run:
+            with interruptible(), running.running(plan.folder, len(plan.animals)) as run:
                 done, page = _run_and_report(run, plan, workers, scheduler, report, pdf, None if as_json else announce)
         except KeyboardInterrupt:
             typer.echo("What had finished is kept, every search of a fit too; run it again to go on.", err=True)
             raise typer.Exit(130) from None
         if as_json:
-            missing = [row.as_plain() for row in missing_of(plan.path)] if done.failures else []
+            missing = [row.as_plain() for row in running.missing_of(plan.path)] if done.failures else []
             warned = [{"animal": name, "code": finding.code, "text": str(finding)}
                       for name, findings in done.warnings.items() for finding in findings]  # fmt: skip
             event("done", results=str(done.results), report=None if page is None else str(page),
-                  failures=as_plain(done.failures), missing=missing, warnings=warned)  # fmt: skip
+                  failures=animals.as_plain(done.failures), missing=missing, warnings=warned)  # fmt: skip
         else:
             shell = shell_of(plan.path)
             for name, findings in done.warnings.items():
@@ -374,18 +334,16 @@ def _run(
 
 
 def _run_and_report(
-    run: "RunRecord", plan: "Study", workers: int | None, scheduler: str | None, report: bool, pdf: bool | None,
-    announce: "Callable[..., None] | None",
-) -> "tuple[Done, Path | None]":  # fmt: skip
+    run: "running.RunRecord", plan: "folders.Study", workers: int | None, scheduler: str | None, report: bool,
+    pdf: bool | None, announce: "Callable[..., None] | None",
+) -> "tuple[running.Done, Path | None]":  # fmt: skip
     """Do a study within a run that has begun, and write its report; say both, as JSON where nothing else says it."""
     from vasowave.cli.watching import watched
-    from vasowave.study.running.reporting import report_study
-    from vasowave.study.running.runs import analyze_study
 
     as_json, begun, rows = announce is None, time.monotonic(), _row_of(plan)
     announce = announce or (lambda *text: None)
     with watched(plan, as_json) as show:
-        done = analyze_study(run, plan, workers=workers, scheduler=scheduler, progress=show.step)
+        done = running.analyze_study(run, plan, workers=workers, scheduler=scheduler, progress=show.step)
     resumed = f" ({len(done.resumed)} from searches that were kept)" if done.resumed else ""
     announce("line",
         f"{_counted(len(done.computed), rows)} computed{resumed}, {len(done.kept)} kept from earlier, "
@@ -396,7 +354,7 @@ def _run_and_report(
     answers: list[tuple[str, str]] = []
     run.write(stage="writing the report" if report else run.status.stage)
     with nullcontext() if as_json else alive("writing the report"):
-        page = report_study(plan.path, pdf, workers or cores(), announce=answers.extend) if report else None
+        page = running.report_study(plan.path, pdf, workers or cores(), announce=answers.extend) if report else None
     for question, answer in answers:
         announce("line", f"{question}{'' if question.endswith('?') else ':'} {answer}")
     if page is not None:
@@ -411,9 +369,7 @@ def make_report(
     animal: Annotated[str, typer.Option(help="Of this animal alone, in a folder of its own.")] = "",
 ) -> None:
     """Make page, tables and figures anew from the stored results alone, without simulating."""
-    from vasowave.study.running.reporting import report_study
-
-    typer.echo(f"Report: {report_study(folder, pdf, cores(), animal)}")
+    typer.echo(f"Report: {running.report_study(folder, pdf, cores(), animal)}")
 
 
 @app.command(epilog="Example: vasowave plan --effect 1.5; vasowave plan my-pilot --effect 0.7 --power 0.9 -o plan.html")
@@ -432,14 +388,11 @@ def plan(
     output: Annotated[Path, typer.Option("--output", "-o", help="Page to write.")] = Path("plan.html"),
 ) -> None:
     """Say how many animals a study of two groups, or of pairs, needs to show an effect, and what would save some."""
-    from vasowave.study.report.planned import plan_texts, write_plan
-    from vasowave.study.running.planning import plan as planned
-
     print_text("Studies of every size are drawn and tested; this takes about a minute.", err=True)
     with waiting("planning"):
-        study_plan = planned(
+        study_plan = vw.plan(
             study, effect=effect, power=power, occasions=occasions, pairs=pairs, littermates=littermates
         )
-    for text in plan_texts(study_plan):
+    for text in reports.plan_texts(study_plan):
         typer.echo(text)
-    typer.echo(f"Page: {write_plan(study_plan, output)}")
+    typer.echo(f"Page: {reports.write_plan(study_plan, output)}")

@@ -102,17 +102,18 @@ class ProgressRows:
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""
-        remaining = _remaining_text(step)
+        remaining = "" if step.left is None or step.done == step.count else time_left(step.left)
         self.finished.add(step.name)
         self.idle = "writing the results" if step.done == step.count else self.idle
         if step.name in self.rows:
             self.bars.remove_task(self.rows.pop(step.name))
         self.bars.update(self.bars.task_ids[0], completed=step.done, left=remaining)
         reason = f": {step.message}" if step.message else ""
-        self._print(
+        self.console.print(
             f"{step.done} of {step.count}: {step.name} {_WORDS[step.what]}{reason}"
-            f"{f' ({remaining})' if remaining else ''}"
-        )
+            f"{f' ({remaining})' if remaining else ''}",
+            markup=False, highlight=False, soft_wrap=True,
+        )  # fmt: skip
 
     def searches(self, under_way: Searches) -> None:
         """Tell how many searches of which animals have ended."""
@@ -130,9 +131,6 @@ class ProgressRows:
         """Return what is under way, in words."""
         stages = {name: stage for name, stage in self.stages.items() if name not in self.finished}
         return "; ".join(f"{name}: {stage}" for name, stage in stages.items()) or self.idle
-
-    def _print(self, text: str) -> None:
-        self.console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
 def _stage(walls: Mapping[str, tuple[int, int]]) -> str:
@@ -156,7 +154,3 @@ def _bars(console: Console, count: int) -> Bars:
     bars = Bars(*columns, TextColumn("{task.fields[left]}"), console=console, disable=not console.is_terminal)
     bars.add_task("animals", total=count, left=_BEGIN)
     return bars
-
-
-def _remaining_text(step: Progress) -> str:
-    return "" if step.left is None or step.done == step.count else time_left(step.left)

@@ -1,10 +1,14 @@
 """The command that opens the workbench: open."""
 
+import os
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from vasowave.base.errors import EXTRAS, InputError
 from vasowave.cli.app import app
 
 _WHAT = typer.Argument(help="A study, a fit, a recording, an image, or a folder that is to become a study.")
@@ -24,12 +28,6 @@ def open_workbench(
 
     It answers on this machine alone.
     """
-    import os
-    import sys
-    from importlib.util import find_spec
-
-    from vasowave.base.errors import EXTRAS, InputError
-
     missing = [name for name in ("starlette", "uvicorn") if find_spec(name) is None]
     if missing:
         raise InputError(f"the workbench needs {' and '.join(missing)}, the extra 'workbench': {EXTRAS}")

@@ -9,7 +9,7 @@ from vasowave.study.animal import read_result, stored_sites, write_result
 from vasowave.study.cohort import gathered
 from vasowave.study.figures import sites_figure
 from vasowave.study.folder import StudyFile, read_row
-from vasowave.study.report.tables import sites_table
+from vasowave.study.report.sections import sites_table
 from vasowave.study.results import file_hashes, load_animal
 from vasowave.study.running import fit_sentences, option_of
 

@@ -8,7 +8,7 @@ import pytest
 from made_cohort import made_results
 from made_posterior import NAMES, SD, SHARE, with_posterior
 from vasowave.study.cohort import Family, estimates_of, gathered, pooled_ratio, primary_comparison, shared_error
-from vasowave.study.report.tables import primary_tables
+from vasowave.study.report.sections import primary_tables
 
 FAMILY = Family("linear", NAMES)
 

@@ -10,7 +10,7 @@ from made_posterior import made_posterior
 from vasowave.base import InputError
 from vasowave.pulse.inference import compare_laws
 from vasowave.study.animal import AnimalResult, from_bytes, posterior_result, to_bytes
-from vasowave.study.report.tables import laws_by_posterior
+from vasowave.study.report.sections import laws_by_posterior
 
 
 def test_a_law_weighs_as_its_evidence():

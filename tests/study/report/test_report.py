@@ -41,8 +41,7 @@ from vasowave.study.report import (
     supplement_of,
     write_report,
 )
-from vasowave.study.report.sections import groups_section, methods_section
-from vasowave.study.report.tables import data, groups, median_iqr, models
+from vasowave.study.report.sections import data, groups, groups_section, median_iqr, methods_section, models
 
 NOTHING = Primary("linear", (), (), ())
 

@@ -15,8 +15,7 @@ from vasowave.study.cohort import Family, attribution_table, group_means, primar
 from vasowave.study.figures import hemodynamics_figure, means_figure, style, waveforms_figure
 from vasowave.study.report import page, report_of
 from vasowave.study.report.answer import animals_of, attribution_answer, attribution_summary, decay, design_text
-from vasowave.study.report.sections import methods_section
-from vasowave.study.report.tables import data, primary_tables
+from vasowave.study.report.sections import data, methods_section, primary_tables
 from vasowave.study.results import attributed
 
 FOUR = {"mPAP [mmHg]": "pressure [mmHg]", "CO [ml/s]": "flow [ml/s]", "R_T [mmHg s/ml]": "R_T [mmHg s/ml]"}

@@ -18,8 +18,8 @@ from vasowave.pulse.model import LinearWall
 from vasowave.study.cohort import gathered, primary_comparison
 from vasowave.study.report import ReportSettings, caller, value_text, write_report
 from vasowave.study.report.answer import animal_answers, problem_blocks
+from vasowave.study.report.sections import animals as tables
 from vasowave.study.report.sections import fit_sentences
-from vasowave.study.report.tables import animal as tables
 from vasowave.study.running import SENTENCE_QUANTITIES
 
 

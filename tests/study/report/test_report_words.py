@@ -50,7 +50,7 @@ from vasowave.study.report.answer import (
     shared_images,
     where,
 )
-from vasowave.study.report.tables import preference_table, selection_table
+from vasowave.study.report.sections import preference_table, selection_table
 
 
 def plain(name):

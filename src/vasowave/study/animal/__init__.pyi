@@ -19,6 +19,8 @@ from vasowave.study.animal.files import read_result as read_result
 from vasowave.study.animal.files import to_bytes as to_bytes
 from vasowave.study.animal.files import write_emulator as write_emulator
 from vasowave.study.animal.files import write_result as write_result
+from vasowave.study.animal.indices import indices_text as indices_text
+from vasowave.study.animal.indices import write_beats as write_beats
 from vasowave.study.animal.known_errors import effects_on_fit as effects_on_fit
 from vasowave.study.animal.law_result import LawResult as LawResult
 from vasowave.study.animal.law_result import Measured as Measured
@@ -45,6 +47,7 @@ from vasowave.study.animal.stored import stored_fit as stored_fit
 from vasowave.study.animal.stored import stored_inflow as stored_inflow
 from vasowave.study.animal.stored import stored_law as stored_law
 from vasowave.study.animal.stored import stored_model as stored_model
+from vasowave.study.animal.stored import stored_precision as stored_precision
 from vasowave.study.animal.stored import stored_recording as stored_recording
 from vasowave.study.animal.stored import stored_sites as stored_sites
 

@@ -319,12 +319,8 @@ def posterior_result(drawn: Posterior) -> PosteriorResult:
     for name, value in drawn.diagnostics._asdict().items():
         table[name] = ((), float(value), {"units": "1"})
     table.attrs = {"trusted": int(drawn.diagnostics.trusted), "findings": as_json(drawn.findings)}
-    return PosteriorResult(table, {str(name): _plain(node.to_dataset()) for name, node in drawn.data.children.items()})
-
-
-def _plain(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a group whose attributes netCDF can hold."""
-    attributes = {
-        key: int(value) if isinstance(value, bool | np.bool_) else value for key, value in dataset.attrs.items()
-    }
-    return dataset.assign_attrs(attributes)
+    groups = {str(name): node.to_dataset() for name, node in drawn.data.children.items()}
+    for group in groups.values():  # netCDF holds no Boolean attributes
+        attrs = group.attrs.items()
+        group.attrs = {key: int(value) if isinstance(value, bool | np.bool_) else value for key, value in attrs}
+    return PosteriorResult(table, groups)

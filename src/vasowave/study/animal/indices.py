@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vasowave.base.io.files import check_file, write_file
+from vasowave.base.io.files import write_file
 from vasowave.pulse.analysis.ejection import beat_indices, cycle_indices
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
@@ -55,12 +55,6 @@ def indices_text(recording: Recording, average: EnsembleAverage | None = None) -
         else f"{recording.source}: averaged cycle of {table['beats'].max()} beats ± SD of single beats"
     )
     return "\n".join([head, *lines, *(f"  {finding}" for finding in cycle_indices(recording).absent)])
-
-
-def check_beats_file(path: Path | None) -> None:
-    """Raise `InputError` unless `path` is a table that can be written, or None."""
-    if path is not None:
-        check_file(path, ".csv")
 
 
 def write_beats(recording: Recording, average: EnsembleAverage, path: Path) -> Path:

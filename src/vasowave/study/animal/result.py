@@ -306,16 +306,12 @@ def _attributes(result: AnimalResult) -> dict[str, Any]:
 
 
 def _data(tree: xr.DataTree, path: str) -> xr.Dataset:
-    return _node(tree, path).to_dataset(inherit=False)
-
-
-def _node(tree: xr.DataTree, path: str) -> xr.DataTree:
     node = tree
     for name in path.split("/"):
         if name not in node.children:
             raise InputError(f"the result of this animal holds no group '{path}'")
         node = node.children[name]
-    return node
+    return node.to_dataset(inherit=False)
 
 
 def _law(tree: xr.DataTree, name: str) -> LawResult:

@@ -56,6 +56,8 @@ from vasowave.study.cohort.pooling import difference as difference
 from vasowave.study.cohort.pooling import pooled_mean as pooled_mean
 from vasowave.study.cohort.pooling import pooled_means as pooled_means
 from vasowave.study.cohort.pooling import pooled_ratio as pooled_ratio
+from vasowave.study.cohort.power import Planning as Planning
+from vasowave.study.cohort.power import Spread as Spread
 from vasowave.study.cohort.primary import Family as Family
 from vasowave.study.cohort.primary import Primary as Primary
 from vasowave.study.cohort.primary import primary_comparison as primary_comparison
@@ -65,8 +67,6 @@ from vasowave.study.cohort.simultaneous_intervals import ComparedQuantity as Com
 from vasowave.study.cohort.simultaneous_intervals import Fitted as Fitted
 from vasowave.study.cohort.simultaneous_intervals import joint as joint
 from vasowave.study.cohort.simultaneous_intervals import simultaneous as simultaneous
-from vasowave.study.cohort.spread import Planning as Planning
-from vasowave.study.cohort.spread import Spread as Spread
 from vasowave.study.cohort.table import cohort_table as cohort_table
 from vasowave.study.cohort.table import describe as describe
 from vasowave.study.cohort.two_groups import MAX_EXACT_ANIMALS as MAX_EXACT_ANIMALS

@@ -22,7 +22,8 @@ def degrees_left(layout: Layout, blocks: Sequence[str], contrast: Contrast) -> i
         One that its animals tell.
     """
     weights = contrast.weights @ layout.means
-    subject = _members(layout.subject)
+    names, index = np.unique(np.array(layout.subject), return_inverse=True)
+    subject = np.eye(len(names))[index]
     levels = [layout.random[name] for name in blocks if name in layout.random]
     within = np.hstack([subject, *levels])
     if _tells(layout.fixed, within, weights):
@@ -35,11 +36,6 @@ def degrees_left(layout: Layout, blocks: Sequence[str], contrast: Contrast) -> i
     if not levels or _tells(fixed, block, weights):
         return len(fixed) - _rank(block, fixed)
     return _rank(block) - _rank(block @ np.linalg.pinv(block) @ fixed)
-
-
-def _members(labels: Sequence[str]) -> np.ndarray:
-    names, index = np.unique(np.array(labels), return_inverse=True)
-    return np.eye(len(names))[index]
 
 
 def _tells(fixed: np.ndarray, taken: np.ndarray, weights: np.ndarray) -> bool:

@@ -127,7 +127,10 @@ def _effect(model: Modeled, contrast: Contrast, p: float, critical: float) -> De
             float(np.exp(side @ layout.means @ model.fit.coefficients)) if layout.has_mean(side) else np.nan
             for side in (contrast.first, contrast.second)
         ]
-    first, second = (_subjects(layout, side) for side in (contrast.first, contrast.second))
+    first, second = (
+        {name for name, cell in zip(layout.subject, layout.cell, strict=True) if side[cell] != 0}
+        for side in (contrast.first, contrast.second)
+    )
     without, ratio_without = _influence(model, contrast, fit)
     return DesignEffect(
         contrast=contrast.label, quantity=model.values.name, source=model.values.source, n_reference=len(first),
@@ -137,11 +140,6 @@ def _effect(model: Modeled, contrast: Contrast, p: float, critical: float) -> De
         untested=Untested.ONE_IMAGE if np.isnan(p) else Untested.NO, origin=model.values.estimates.origin,
         without=without, ratio_without=ratio_without,
     )  # fmt: skip
-
-
-def _subjects(layout: Layout, side: np.ndarray) -> set[str]:
-    """Return the subjects that stand in the cells that a side is made of."""
-    return {name for name, cell in zip(layout.subject, layout.cell, strict=True) if side[cell] != 0}
 
 
 def _image_unknown(model: Modeled, contrast: Contrast) -> bool:
@@ -185,12 +183,8 @@ def _influence(model: Modeled, contrast: Contrast, fit: LogEstimate[float]) -> t
     return farthest, float(np.exp(contrast_without[farthest]))
 
 
-def covariate_effects(cohort: Cohort, models: Sequence[Modeled]) -> list[CovariateEffect]:
-    """Return the effect of every covariate on every quantity."""
-    return [effect for model in models for effect in _covariate_effects(cohort, model)]
-
-
-def _covariate_effects(cohort: Cohort, model: Modeled) -> Iterator[CovariateEffect]:
+def covariate_effects(cohort: Cohort, model: Modeled) -> Iterator[CovariateEffect]:
+    """Yield the effect of every covariate on one quantity."""
     layout, covariates = model.layout, [cohort.variables[name] for name in cohort.design.covariates]
     columns = [covariate_columns(variable, layout.animals) for variable in covariates]
     coded = np.column_stack([column for block in columns for column in block] or [np.zeros(len(layout.animals))])

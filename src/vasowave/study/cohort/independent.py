@@ -152,7 +152,8 @@ def secondary_estimates(
 
 def _effect(label: ContrastLabel, contrast: GroupContrast, statement: tuple[float, float], pairs: int) -> GroupEffect:
     """Return the effect on a quantity, with its p and the p by itself that its interval belongs to."""
-    sizes, (p, critical) = (int((~contrast.in_second).sum()), int(contrast.in_second.sum())), statement
+    x, y = contrast.estimates.logs[~contrast.in_second], contrast.estimates.logs[contrast.in_second]
+    sizes, (p, critical) = (len(x), len(y)), statement
     ratio = contrast.ratio(level=1 - critical)
     without, ratio_without = _influence(contrast, ratio)
     fits_ratio, fits_low, fits_high = _by_fits(contrast, critical)
@@ -160,7 +161,8 @@ def _effect(label: ContrastLabel, contrast: GroupContrast, statement: tuple[floa
         contrast=label, quantity=contrast.name, source=contrast.source, n_reference=sizes[0], n_group=sizes[1],
         mean_reference=ratio.reference, mean_group=ratio.other, unit=contrast.unit, ratio=ratio.value, low=ratio.low,
         high=ratio.high, standard_error=ratio.error, freedom=ratio.freedom, p=p, untested=contrast.untested,
-        smallest_p=smallest_p(sizes, pairs), apart=_disjoint(contrast), origin=contrast.estimates.origin,
+        smallest_p=smallest_p(sizes, pairs), apart=bool(x.max() < y.min() or y.max() < x.min()),
+        origin=contrast.estimates.origin,
         tipping_radius=tipping_radius(ratio.low, ratio.high, float(contrast.estimates.per_radius.mean())),
         tipping_lung_sd=contrast.tipping_lung_sd(critical), fits_ratio=fits_ratio, fits_low=fits_low,
         fits_high=fits_high, without=without, ratio_without=ratio_without,
@@ -285,12 +287,6 @@ def _assurance(tested: Sequence[GroupContrast], together: Simultaneous) -> Assur
     log_ratio = max(abs(float(np.log(x.std(ddof=1) / y.std(ddof=1)))) for x, y in groups)
     smallest = min(min(len(x), len(y)) for x, y in groups)
     return Assurance(together.rate, 1 - together.critical, float(np.exp(log_ratio)), smallest)
-
-
-def _disjoint(contrast: GroupContrast) -> bool:
-    """Return whether every animal of one group lies above every animal of the other."""
-    x, y = contrast.estimates.logs[~contrast.in_second], contrast.estimates.logs[contrast.in_second]
-    return bool(x.max() < y.min() or y.max() < x.min())
 
 
 def _influence(contrast: GroupContrast, ratio: Ratio) -> tuple[str, float]:

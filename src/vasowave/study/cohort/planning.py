@@ -13,10 +13,9 @@ from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.designed import occasions_apart
 from vasowave.study.cohort.independent import known_values, source_of
 from vasowave.study.cohort.pooling import pooled_mean
-from vasowave.study.cohort.power import PlannedStudies, critical_of_studies, p_of_effect
+from vasowave.study.cohort.power import PlannedStudies, Planning, Spread, critical_of_studies, p_of_effect
 from vasowave.study.cohort.primary import Family, comparable, primary_law
 from vasowave.study.cohort.simultaneous_intervals import correlation_of
-from vasowave.study.cohort.spread import Planning, Spread
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

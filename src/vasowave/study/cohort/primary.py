@@ -156,7 +156,7 @@ def _by_design(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:
     ]
     columns = {animal: column for model in models for animal, column in model.layout.left_out.items()}
     left_out += [Omission(f"its cell of '{column}' is empty", animal=animal) for animal, column in columns.items()]
-    adjusted = tuple(covariate_effects(cohort, models))
+    adjusted = tuple(effect for model in models for effect in covariate_effects(cohort, model))
     return Primary(law, tuple(effects), tuple(secondary), tuple(left_out), untold=untold, adjusted=adjusted)
 
 

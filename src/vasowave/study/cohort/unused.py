@@ -153,18 +153,14 @@ def _in_groups(
 ) -> Iterator[Finding]:  # fmt: skip
     """Return what is odd of a column whose words stand in several groups: of a covariate, or of units of animals."""
     role, counts = role_of(variable.name), Counter(word for group_words in words.values() for word in group_words)
-    if len(counts) < 2 or (max(counts.values()) == 1 and (variable.kind == "category" or _is_label(role, variable))):
+    is_label = variable.kind == "category" or (role is Role.UNIT and variable.kind != "date")  # numbers of cages too
+    if len(counts) < 2 or (max(counts.values()) == 1 and is_label):
         return iter(())  # one word in all animals, or one for each, as of a tag
     one_each = all(len({*group_words}) == 1 for group_words in words.values())
     if role is not Role.COVARIATE and max(counts.values()) > 1 and not one_each:
         unit = role is Role.UNIT or _nested(variable, words, counts)
         return _of_unit(variables, variable, design, rows, words) if unit else iter(())
     return _of_covariate(variable, words) if role is not None else iter(())
-
-
-def _is_label(role: Role | None, variable: Variable) -> bool:
-    """Whether numbers are names: of cages and litters, not of weights and days."""
-    return role is Role.UNIT and variable.kind != "date"
 
 
 def _again(variable: Variable) -> Iterator[Finding]:

@@ -345,7 +345,11 @@ def _inlet_file(path: Path, config: Mapping[str, Any], vessel: _Vessel, alone: b
 
 def _cycle(file: Path) -> tuple[np.ndarray, float]:
     """Return evenly spaced samples of a flow, ml/s, and its period, s."""
-    table = _in_order(file, _two_columns(file))
+    table = _two_columns(file)
+    back = -np.diff(table[:, 0])
+    if 0 < back.max(initial=0.0) <= _BACK * table[-1, 0]:  # a few rows go back a little in a curve read off by hand
+        warn(DISORDERED(count=int(np.sum(back > 0)), most=1e3 * float(back.max())).at(str(file)), stacklevel=2)
+        table = table[np.argsort(table[:, 0], kind="stable")]
     if np.abs(table[:, 1]).max() > _MOST_FLOW:
         raise InputError(
             f"{file}: {np.abs(table[:, 1]).max():.3g} m³/s is no flow; vasowave takes a flow into the root"
@@ -365,15 +369,6 @@ def even_cycle(place: str, time: np.ndarray, flow: np.ndarray) -> tuple[np.ndarr
         return flow[:-1], period
     count = max(_FEWEST_SAMPLES, 4 * steps)
     return np.interp(np.arange(count) * period / count, time, flow), period
-
-
-def _in_order(file: Path, table: np.ndarray) -> np.ndarray:
-    """Return the rows sorted by time where a few go back a little, as in a curve that was read off by hand."""
-    back = -np.diff(table[:, 0])
-    if not 0 < back.max(initial=0.0) <= _BACK * table[-1, 0]:
-        return table
-    warn(DISORDERED(count=int(np.sum(back > 0)), most=1e3 * float(back.max())).at(str(file)), stacklevel=3)
-    return table[np.argsort(table[:, 0], kind="stable")]
 
 
 def _two_columns(file: Path) -> np.ndarray:

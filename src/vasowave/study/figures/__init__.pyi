@@ -30,6 +30,7 @@ from vasowave.study.figures.groups import plot_ratios as plot_ratios
 from vasowave.study.figures.look import grey_scale_figure as grey_scale_figure
 from vasowave.study.figures.look import histogram_figure as histogram_figure
 from vasowave.study.figures.look import projections_figure as projections_figure
+from vasowave.study.figures.loops import loops_figure as loops_figure
 from vasowave.study.figures.matplotlib_style import CTL as CTL
 from vasowave.study.figures.matplotlib_style import HPH as HPH
 from vasowave.study.figures.matplotlib_style import NARROW as NARROW
@@ -58,6 +59,7 @@ from vasowave.study.figures.network import axes_in_space as axes_in_space
 from vasowave.study.figures.network import layout as layout
 from vasowave.study.figures.network import plot_network as plot_network
 from vasowave.study.figures.overview import waveforms_figure as waveforms_figure
+from vasowave.study.figures.predicted import sweep_figure as sweep_figure
 from vasowave.study.figures.rendering import as_file as as_file
 from vasowave.study.figures.rendering import lettered as lettered
 from vasowave.study.figures.rendering import mark as mark
@@ -70,6 +72,5 @@ from vasowave.study.figures.signals import plot_ensemble as plot_ensemble
 from vasowave.study.figures.signals import thinned as thinned
 from vasowave.study.figures.subscripts import lowered as lowered
 from vasowave.study.figures.subscripts import pieces as pieces
-from vasowave.study.figures.sweep import sweep_figure as sweep_figure
 
 __all__: list[str]

@@ -162,7 +162,9 @@ def plot_pressure_area(ax: "Axes", result: AnimalResult, color: str = CTL, shade
 
 def sheets(results: Sequence[AnimalResult]) -> list[list[AnimalResult]]:
     """Return the animals that were calibrated, those with the largest error first, as many as a sheet holds."""
-    fitted = sorted((result for result in results if result.laws), key=_error, reverse=True)
+    fitted = [result for result in results if result.laws]
+    # By the law that fits best; errors that rounding makes unlike are one, in any order.
+    fitted.sort(key=lambda result: round(min(_errors(result).values()), 6), reverse=True)
     return [fitted[first : first + ON_A_SHEET] for first in range(0, len(fitted), ON_A_SHEET)]
 
 
@@ -211,11 +213,6 @@ def _thinned(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _errors(result: AnimalResult) -> dict[str, float]:
     return {wall: law.rmse for wall, law in result.laws.items()}
-
-
-def _error(result: AnimalResult) -> float:
-    """Return the error of the law that fits best, mmHg; errors that rounding makes unlike are one, in any order."""
-    return round(min(_errors(result).values()), 6)
 
 
 def plot_modulus(ax: "Axes", spectrum: "xr.Dataset", error: np.ndarray | None = None, **line: Any) -> "Axes":

@@ -220,15 +220,9 @@ def _animals(
     x = rows[quantity].to_numpy(dtype=float)
     # Animals side by side in order of rank, so that equal values stay visible.
     spread = (np.argsort(np.argsort(x)) % 3 - 1) * 0.12 - 0.16
-    color = darker(group_look.color, source.shade)
-    for place, value, name in zip(
-        position + spread, x, rows["animal"] if "animal" in rows else [""] * len(x), strict=True
-    ):
-        (point,) = ax.plot(
-            [place], [value], group_look.marker, color=color, mfc=color if source.filled else "none", ms=3.2
-        )
-        if name:
-            mark(point, str(name), str(name))
+    names = rows["animal"] if "animal" in rows else [""] * len(x)
+    for place, value, name in zip(position + spread, x, names, strict=True):
+        _animal(ax, (place, value), str(name), group_look, source)
     if mean is not None:
         plot_mean(ax, position + 0.24, mean)
 
@@ -285,16 +279,13 @@ def plot_cells(
     upright = (widest + 0.5) * (places[-1].x + 1.3) > room * _STEP
     texts = [place.tick.replace("\n", ", ") if upright else place.tick for place in places]
     if len(places) > room / _LINE:  # not even upright: the first of each group and source, the caption has the order
-        firsts = [row == 0 or _run(places[row]) != _run(places[row - 1]) for row in range(len(places))]
+        runs = [(place.group, place.source) for place in places]
+        firsts = [row == 0 or runs[row] != runs[row - 1] for row in range(len(runs))]
         texts = [text if first else "" for text, first in zip(texts, firsts, strict=True)]
     ax.set_xticks([place.x for place in places], texts, fontsize=SMALL, rotation=90 if upright else 0)
     ax.tick_params(axis="x", length=0)
     ax.set_xlim(-0.6, places[-1].x + 0.7)
     return label_axes(ax, "", label)
-
-
-def _run(place: _Place) -> tuple[str, str]:
-    return place.group, place.source
 
 
 def _places(table: "pd.DataFrame", quantity: str, sources: Mapping[str, SourceLook]) -> list[_Place]:
@@ -331,10 +322,15 @@ def _animals_of_cells(
         if subject_rows["x"].nunique() > 1:
             (line,) = ax.plot(subject_rows["x"], subject_rows[quantity], color=color, lw=0.7, alpha=0.6, zorder=1)
             mark(line, "", str(subject_rows["animal"].iloc[0]))
-        for name, x, value in zip(
-            subject_rows["animal"], subject_rows["x"], subject_rows[quantity].astype(float), strict=True
-        ):
-            (point,) = ax.plot(
-                [x], [value], group_look.marker, color=color, mfc=color if source.filled else "none", ms=3.2
-            )
-            mark(point, str(name), str(name))
+        places = zip(subject_rows["x"], subject_rows[quantity].astype(float), strict=True)
+        for name, place in zip(subject_rows["animal"], places, strict=True):
+            _animal(ax, place, str(name), group_look, source)
+
+
+def _animal(ax: "Axes", place: tuple[float, float], name: str, group_look: GroupLook, source: SourceLook) -> None:
+    """Draw the point of one animal, hollow where those of the source are."""
+    x, y = place
+    color = darker(group_look.color, source.shade)
+    (point,) = ax.plot([x], [y], group_look.marker, color=color, mfc=color if source.filled else "none", ms=3.2)
+    if name:
+        mark(point, name, name)

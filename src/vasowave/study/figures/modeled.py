@@ -275,17 +275,13 @@ def plot_site(ax: "Axes", result: AnimalResult, site: int, color: str = CTL) -> 
     for place, (wall, data) in enumerate(laws.items()):
         site_data = data.isel(site=site)
         if place == 0:
-            _observed(ax, site_data, result.period)
+            if site_data["measured"].notnull().any():
+                plot_cycle(ax, site_data["measured"], result.period, color=DATA, label="observed")
+            for name in NUMBERS:
+                if site_data[name].notnull():
+                    ax.axhline(float(site_data[name]), color=DATA, linestyle=":", label=f"observed: {_NUMBERS}")
             predicted = {"color": FAINT, "linewidth": _WIDE, "label": "predicted without it"}
             plot_cycle(ax, site_data["predicted"], result.period, **predicted)
         plot_cycle(ax, site_data["simulated"], result.period, **lines[wall])
     ax.set_title(short(str(site_data["site"].values), _SITE_TITLE), fontsize="medium")
     return label_axes(ax, "time [s]", f"{site_data['observed'].item()} [{site_data['unit'].item()}]")
-
-
-def _observed(ax: "Axes", site_data: xr.Dataset, period: float) -> None:
-    if site_data["measured"].notnull().any():
-        plot_cycle(ax, site_data["measured"], period, color=DATA, label="observed")
-    for name in NUMBERS:
-        if site_data[name].notnull():
-            ax.axhline(float(site_data[name]), color=DATA, linestyle=":", label=f"observed: {_NUMBERS}")

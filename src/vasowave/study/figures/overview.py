@@ -26,7 +26,6 @@ from vasowave.study.figures.network import plot_network
 from vasowave.study.figures.rendering import mark, readable
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _MOST_LABELS = 4  # of axes side by side
@@ -121,7 +120,10 @@ def _one_animal(cohort: Cohort) -> "Figure":
     figure = new_figure(NARROW, 9.5)
     pressure, flow = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
     color = next(iter(group_looks(cohort.groups).values())).color
-    _plot_scatter(pressure, result)
+    if "pressure_sd" in result.recording.data_vars:
+        mean, sd = result.recording["pressure"].values, result.recording["pressure_sd"].values
+        time = result.recording["time"].values
+        pressure.fill_between(time, mean - sd, mean + sd, color="0.8", lw=0, label="SD of the beats")
     plot_pressure(pressure, result, color)
     plot_flow(flow, result, color)
     for ax in (pressure, flow):
@@ -130,16 +132,6 @@ def _one_animal(cohort: Cohort) -> "Figure":
         readable(ax)
     pressure.set_xlabel("")
     return figure
-
-
-def _plot_scatter(ax: "Axes", result: AnimalResult) -> None:
-    """Draw a band of one standard deviation of the beats, where they are known."""
-    recording = result.recording
-    if "pressure_sd" in recording.data_vars:
-        mean, deviation = recording["pressure"].values, recording["pressure_sd"].values
-        ax.fill_between(
-            recording["time"].values, mean - deviation, mean + deviation, color="0.8", lw=0, label="SD of the beats"
-        )
 
 
 def tree_figure(cohort: Cohort, wall: str) -> "Figure":

@@ -35,11 +35,6 @@ def readable(ax: "Axes") -> None:
     _note(ax.patch, {"scale": json.dumps(scale)})
 
 
-def with_marks(svg: str) -> str:
-    """Return the drawing with its marks as titles and data attributes."""
-    return _FOUND.sub(_written, svg)
-
-
 def lettered(figure: "Figure") -> None:
     """Write a, b, c above the panels of a figure that has several."""
     panels = [ax for ax in figure.axes if ax.axison and ax.get_label() != "<colorbar>"]
@@ -74,7 +69,7 @@ def svg(figure: "Figure") -> str:
     text = io.StringIO()
     with style(), _placed(figure):
         figure.savefig(text, format="svg", metadata=_NO_METADATA)
-    return lowered(with_marks(text.getvalue()))
+    return lowered(_FOUND.sub(_written, text.getvalue()))
 
 
 @contextmanager

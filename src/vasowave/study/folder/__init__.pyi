@@ -8,7 +8,13 @@ from vasowave.study.folder.names import MAX_NAME_LETTERS as MAX_NAME_LETTERS
 from vasowave.study.folder.names import checked_name as checked_name
 from vasowave.study.folder.names import plain_name as plain_name
 from vasowave.study.folder.places import RESULTS as RESULTS
+from vasowave.study.folder.places import STUDY_FILE as STUDY_FILE
+from vasowave.study.folder.places import YAML as YAML
+from vasowave.study.folder.places import study_path as study_path
+from vasowave.study.folder.problems import UNREADABLE as UNREADABLE
+from vasowave.study.folder.problems import StudyProblem as StudyProblem
 from vasowave.study.folder.problems import refuse as refuse
+from vasowave.study.folder.reading import home_of as home_of
 from vasowave.study.folder.reading import parse_document as parse_document
 from vasowave.study.folder.reading import parse_settings as parse_settings
 from vasowave.study.folder.reading import read_document as read_document

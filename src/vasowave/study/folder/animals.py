@@ -26,6 +26,7 @@ from vasowave.study.folder.rows import COLUMNS, ERRORS, NUMBERS, REQUIRED_COLUMN
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
              "beat edits")  # fmt: skip
 _CYCLE_ONLY = ("period [s]", "subject row")
+_FURTHER_FILES = ("beat edits", "sites", "ventricle", "loops", "wedge wave")  # beside network and recording
 _MIN_TITLE_SIMILARITY = 0.8  # share of letters in common with a title from which another is a slip
 _SIGNED_COLUMNS = ("zero [mmHg]", "zero after [mmHg]", "flow zero [ml/s]", "flow gain [1]", "pressure delay [s]",
            "flow delay [s]", "volume delay [s]")  # fmt: skip
@@ -278,6 +279,9 @@ def read_row(
         for title in COLUMNS
         if title.endswith((" unit", " channel")) or title in ("sheet", "subject row", "site")
     }
+    further_files: dict[str, Any] = {
+        field_of(title): folder / cell[title] if cell[title] else None for title in _FURTHER_FILES
+    }
     block, after = numbers.pop("block"), numbers.pop("zero_after")
     known_errors = {name: value for name in ERRORS.values() if (value := numbers.pop(name)) is not None}
     if after is not None:
@@ -297,11 +301,7 @@ def read_row(
     row = AnimalRow(
         cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
         synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
-        block=None if block is None else int(block), beat_edits=_file_in(cell["beat edits"], folder),
-        errors=known_errors, sites=_file_in(cell["sites"], folder), ventricle=_file_in(cell["ventricle"], folder),
-        loops=_file_in(cell["loops"], folder),
-        wedge_wave=_file_in(cell["wedge wave"], folder),
-        **texts, **numbers,
+        block=None if block is None else int(block), errors=known_errors, **further_files, **texts, **numbers,
     )  # fmt: skip
     return row, wrong
 
@@ -357,7 +357,7 @@ def _files(cell: Mapping[str, str], folder: Path, report: Say) -> list[Path]:
     """Return the files of the network and of the recording."""
     titles = ["network", "recording", "flow"] if cell["flow"] else ["network", "recording"]
     files = [folder / cell[title] for title in titles]
-    for title in [*titles, "beat edits", "sites", "ventricle", "loops", "wedge wave"]:
+    for title in [*titles, *_FURTHER_FILES]:
         file = folder / cell[title]
         try:
             if cell[title] and not file.is_file():
@@ -365,10 +365,6 @@ def _files(cell: Mapping[str, str], folder: Path, report: Say) -> list[Path]:
         except (OSError, ValueError) as error:
             report(title, NO_FILE_NAME(name=cell[title], why=str(error)))
     return files
-
-
-def _file_in(name: str, folder: Path) -> Path | None:
-    return folder / name if name else None
 
 
 def _number(text: str, title: str, report: Say) -> float | None:

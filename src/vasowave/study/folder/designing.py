@@ -68,7 +68,9 @@ def design_problems(study: Study, place: Place, complete: bool) -> Iterator[Stud
         yield from mixed
         if complete and not mixed:
             yield from _odd(study, place) if study.layout is not None else ()
-            yield from _unused(study)
+            members = {row.animal: row.group for row in study.animals}
+            for finding in unused_columns(study.lab_columns, study.settings.design, members, study.settings.groups):
+                yield StudyProblem(finding.at(str(study.table)))
     except InputError as error:
         if complete:
             yield StudyProblem(AT_ODDS(text=str(error)).placed(place))
@@ -129,14 +131,9 @@ def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
         yield _placed(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
     if design.subject and design.occasion:
         yield from _odd_occasions(study, design.subject, design.occasion)
-    yield from subject_problems(study)
-
-
-def _unused(study: Study) -> Iterator[StudyProblem]:
-    """Yield what stands in columns that look like units or confounders and that the design does not name."""
-    members = {row.animal: row.group for row in study.animals}
-    for finding in unused_columns(study.lab_columns, study.settings.design, members, study.settings.groups):
-        yield StudyProblem(finding.at(str(study.table)))
+    rows_by_subject = rows_of_subjects(study)
+    yield from _varying(study, rows_by_subject)
+    yield from _missing(study, rows_by_subject)
 
 
 def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
@@ -223,12 +220,6 @@ def rows_of_subjects(study: Study) -> dict[str, list[AnimalRow]]:
     column = study.lab_columns.get(study.settings.design.subject or "")
     subjects = {} if column is None else column.levels
     return grouped((row for row in study.animals if row.animal in subjects), lambda row: subjects[row.animal])
-
-
-def subject_problems(study: Study) -> list[StudyProblem]:
-    """Return what is wrong or odd about the rows of each subject of a study's design."""
-    rows_by_subject = rows_of_subjects(study)
-    return [*_varying(study, rows_by_subject), *_missing(study, rows_by_subject)]
 
 
 def _varying(study: Study, rows_by_subject: Mapping[str, Sequence[AnimalRow]]) -> Iterator[StudyProblem]:

@@ -62,7 +62,10 @@ def one_per_cause(problems: Iterable[StudyProblem]) -> list[StudyProblem]:
     """Return the problems; those that differ in line, animal or file alone are one, at the place of the first."""
     groups: dict[Finding, list[StudyProblem]] = {}
     for problem in problems:
-        groups.setdefault(_cause(problem), []).append(problem)
+        cause = problem.finding.at(line=0, animal="")
+        for file in problem.files:
+            cause = cause.inside(file)
+        groups.setdefault(cause, []).append(problem)
     return [_joined(*group) for group in groups.values()]
 
 
@@ -70,13 +73,6 @@ def _joined(first: StudyProblem, *duplicates: StudyProblem) -> StudyProblem:
     lines = dict.fromkeys(problem.place.line for problem in duplicates)
     also = (name for problem in (first, *duplicates) for name in problem.animals)
     return replace(first, same=tuple(line for line in lines if line not in (0, first.place.line)), also=tuple(also))
-
-
-def _cause(problem: StudyProblem) -> Finding:
-    cause = problem.finding.at(line=0, animal="")
-    for file in problem.files:
-        cause = cause.inside(file)
-    return cause
 
 
 def refuse(problems: Iterable[StudyProblem]) -> None:

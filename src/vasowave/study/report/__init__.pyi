@@ -14,12 +14,16 @@ from vasowave.study.report.blocks import SideBySide as SideBySide
 from vasowave.study.report.blocks import Table as Table
 from vasowave.study.report.documents import report_of as report_of
 from vasowave.study.report.documents import supplement_of as supplement_of
+from vasowave.study.report.extraction import check_centerlines_folder as check_centerlines_folder
+from vasowave.study.report.extraction import check_extraction_folder as check_extraction_folder
+from vasowave.study.report.extraction import write_centerline_network as write_centerline_network
 from vasowave.study.report.extraction import write_extraction as write_extraction
 from vasowave.study.report.extraction import write_network_files as write_network_files
 from vasowave.study.report.files import latex as latex
 from vasowave.study.report.files import latex_table as latex_table
 from vasowave.study.report.files import write_tables as write_tables
 from vasowave.study.report.html import page as page
+from vasowave.study.report.look import check_look_file as check_look_file
 from vasowave.study.report.look import command as command
 from vasowave.study.report.look import look_json as look_json
 from vasowave.study.report.look import look_page as look_page

@@ -1,10 +1,10 @@
 """The parts of a report, before it is a page or a PDF: sections of sentences, tables, figures and warnings."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import pandas as pd
 
@@ -15,6 +15,7 @@ from vasowave.study.report.wording import Row, table_rows
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+Item = TypeVar("Item")
 REPORT, SUPPLEMENT = "report", "supplement"
 """Names of the two documents, and of their files."""
 
@@ -81,6 +82,15 @@ class Table:
     def from_frame(cls, name: str, caption: str, data: pd.DataFrame, note: str = "", digits: int = 3) -> "Table":
         """Return the table of a data frame, its numbers written as people do."""
         return cls(name, caption, *table_rows(data, digits), note, data)
+
+    @classmethod
+    def from_items(
+        cls, name: str, caption: str, items: Iterable[Item], columns: Mapping[str, Callable[[Item], str]],
+        note: str = "", data: pd.DataFrame | None = None,
+    ) -> "Table":  # fmt: skip
+        """Return the table with a row for each item; by the title of each column what writes its cell."""
+        rows = [tuple(cell(item) for cell in columns.values()) for item in items]
+        return cls(name, caption, tuple(columns), rows, note, data)
 
     def hiding(self, *columns: str) -> "Table":
         """Return the table without columns on the page; its data keep them."""

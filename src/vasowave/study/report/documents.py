@@ -5,7 +5,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from vasowave.base.software import provenance
-from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.comparison import SourceComparison, compare
 from vasowave.study.cohort.primary import Family, Primary
@@ -16,9 +15,9 @@ from vasowave.study.report.sections.data import data_section
 from vasowave.study.report.sections.groups import groups_section
 from vasowave.study.report.sections.methods import methods_section
 from vasowave.study.report.sections.models import model_section
-from vasowave.study.report.tables.cells import named, symbols
-from vasowave.study.report.tables.records import records
+from vasowave.study.report.sections.records import records
 from vasowave.study.report.terms import glossary, glossary_table
+from vasowave.study.report.wording import named, symbols
 
 ANIMALS_PER_PAGE = 48
 """Animals that one page of the supplement shows one by one: each takes up to 300 kB, and browsers bear 20 MB well."""
@@ -132,7 +131,11 @@ def origin(cohort: Cohort) -> dict[str, str]:
     """Return versions, seed, settings and hashes: once where all animals share them, else by animal."""
     made = provenance()
     rows = {"report made": made["created"], "vasowave": made["vasowave"]}
-    records = {result.name: _made(result) for result in cohort.results}
+    records = {
+        result.name: {"interrupted": "yes" if result.interrupted else "no",
+                      "settings": json.dumps(result.settings, sort_keys=True), **result.origin}
+        for result in cohort.results
+    }  # fmt: skip
     for key in dict.fromkeys(key for record in records.values() for key in record):
         values = {animal: record[key] for animal, record in records.items() if key in record}
         if len(set(values.values())) == 1 and len(values) == len(cohort.results):
@@ -143,8 +146,3 @@ def origin(cohort: Cohort) -> dict[str, str]:
     return rows | {
         f"source of {result.name}": str(result.recording.attrs.get("source", "")) for result in cohort.results
     }
-
-
-def _made(result: AnimalResult) -> dict[str, str]:
-    settings = json.dumps(result.settings, sort_keys=True)
-    return {"interrupted": "yes" if result.interrupted else "no", "settings": settings, **result.origin}

@@ -1,11 +1,27 @@
 """A document as one HTML page that needs no network."""
 
 import re
+from typing import TYPE_CHECKING
 
 from vasowave.study.figures.subscripts import lowered
 from vasowave.study.report.blocks import Drawing, Report, drawn, size_of
-from vasowave.study.report.environment import templates
 from vasowave.study.report.terms import explained
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+
+def templates() -> "Environment":
+    """Return the templates of all pages."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    return Environment(
+        loader=PackageLoader("vasowave.study.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
 
 
 def page(report: Report, links: dict[str, str]) -> str:

@@ -17,8 +17,7 @@ from vasowave.lung.overview import Overview
 from vasowave.lung.places import voxel_text, written
 from vasowave.study.figures.look import grey_scale_figure, histogram_figure, projections_figure
 from vasowave.study.report.blocks import Drawing
-from vasowave.study.report.environment import templates
-from vasowave.study.report.html import embedded
+from vasowave.study.report.html import embedded, templates
 
 _SHOWN = 6  # entrances and loops
 _CAPTIONS = {
@@ -56,7 +55,8 @@ def facts(overview: Overview) -> list[tuple[str, str]]:
     span = " × ".join(f"{length:.3g}" for length in (np.array(image.grey.shape) * image.spacing)[::-1])
     spacing = " × ".join(f"{1e4 * length:.4g}" for length in image.spacing[::-1])
     low, high = overview.histogram.edges[[0, -1]]
-    bits = overview.histogram.bits
+    bits, cannula = overview.histogram.bits, overview.options.cannula
+    within = f"{cannula:g} cm wide within, as is assumed" if cannula else "none"
     return [
         ("image", f"{overview.kind}, {size} voxels (x, y, z), {span} cm"),
         ("voxel", f"{spacing} µm" + (f", by {image.provenance}" if image.provenance else "")),
@@ -65,14 +65,9 @@ def facts(overview: Overview) -> list[tuple[str, str]]:
         ("threshold", f"{overview.options.threshold:.4g}{' on the corrected scale' if overview.options.grey else ''}"),
         ("saturation", f"{overview.grey.saturated:.1%} of the lumen's voxels have its highest level"),
         ("grey scale", _scale(overview)),
-        ("cannula", _cannula(overview.options.cannula)),
+        ("cannula", f"{within}; if that is not so, give its diameter, 0 where there is none"),
         ("loops", _loops(overview)),
     ]
-
-
-def _cannula(diameter: float) -> str:
-    text = f"{diameter:g} cm wide within, as is assumed" if diameter else "none"
-    return f"{text}; if that is not so, give its diameter, 0 where there is none"
 
 
 def _scale(overview: Overview) -> str:
@@ -114,12 +109,8 @@ def look_text(overview: Overview) -> str:
     lines += ["", "Ends of the lumen, the widest first:"]
     lines += [f"  {number}  {place}  radius {radius} cm" for number, place, radius in entrance_rows(overview)]
     lines += ["", *(f"Warning: {text}" for text in texts(overview.findings))]
-    return "\n".join([*lines, *_next(overview)])
-
-
-def _next(overview: Overview) -> list[str]:
     sure = "" if overview.is_clear else " (is the first end where the blood enters? else take another)"
-    return ["", f"Type next{sure}:", f"  {command(overview)}"]
+    return "\n".join([*lines, "", f"Type next{sure}:", f"  {command(overview)}"])
 
 
 def look_page(overview: Overview) -> str:

@@ -8,7 +8,7 @@ from vasowave.base.io.files import write_file
 from vasowave.base.software import provenance
 from vasowave.pulse.quantities import short_symbol
 from vasowave.study.cohort.planning import Plan
-from vasowave.study.cohort.spread import Spread
+from vasowave.study.cohort.power import Spread
 from vasowave.study.report.blocks import Block, Drawing, Paragraph, Report, Section, SideBySide, Table
 from vasowave.study.report.html import page
 from vasowave.study.report.terms import words

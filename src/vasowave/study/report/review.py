@@ -13,9 +13,9 @@ from vasowave.lung.extraction import Extraction
 from vasowave.lung.measure.measurement import taper
 from vasowave.lung.options import grey_text
 from vasowave.lung.places import voxel_text, written
-from vasowave.lung.witness.doubts import Doubt, Grade, gravest
+from vasowave.lung.witness.doubts import Grade, gravest
 from vasowave.lung.witness.witness import UNEVEN
-from vasowave.study.report.environment import templates
+from vasowave.study.report.html import templates
 
 _CAPTIONS = {
     "projection": (
@@ -61,12 +61,9 @@ def proposals(extraction: Extraction) -> Proposals:
             point = ends[row] if action == "remove" else tree.lines[row].points[len(tree.lines[row]) // 2]
             lines.append(f"# {action} {written(point).replace(',', ' ')}   # vessel {names[row]}")
         fresh = [line for line in lines if line not in edits]
-        edits += [f"# {_shortened(doubt)}", *fresh] if fresh else []
+        reason = doubt.text if len(doubt.text) < 110 else f"{doubt.text[:108]} …"
+        edits += [f"# {reason}", *fresh] if fresh else []
     return Proposals(edits, np.array(outlets).reshape(-1, 3))
-
-
-def _shortened(doubt: Doubt) -> str:
-    return doubt.text if len(doubt.text) < 110 else f"{doubt.text[:108]} …"
 
 
 def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, str]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from vasowave.pulse.quantities import QUANTITIES
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.report.blocks import Table
-from vasowave.study.report.tables.cells import symbols
+from vasowave.study.report.wording import symbols
 
 _OWN = {
     "S": "least-squares objective, the sum of squared residuals (eq. 14)",

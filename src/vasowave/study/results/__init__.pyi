@@ -7,9 +7,12 @@ from vasowave.study.results.loading import load_animal as load_animal
 from vasowave.study.results.loading import load_recording as load_recording
 from vasowave.study.results.loading import read_stretch as read_stretch
 from vasowave.study.results.overview import AnimalRead as AnimalRead
+from vasowave.study.results.overview import aligned as aligned
 from vasowave.study.results.overview import expected_seconds as expected_seconds
+from vasowave.study.results.overview import overview_lines as overview_lines
 from vasowave.study.results.physiology import blood_findings as blood_findings
 from vasowave.study.results.physiology import physiology_findings as physiology_findings
+from vasowave.study.results.physiology import tell_blood as tell_blood
 from vasowave.study.results.results import INDEX as INDEX
 from vasowave.study.results.results import Results as Results
 from vasowave.study.results.results import read_results as read_results

@@ -1,7 +1,7 @@
 """From one row of the table and the settings to an animal that can be analyzed."""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Literal, cast
@@ -134,8 +134,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     warned = list(found_in(caught))
     synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_HEAD_BYTES] for file in row.recordings)
     recording = _corrected(animal.recording, warned, row, study, folder)
-    odd = _oddities(network, recording, study)
-    recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *odd))))
+    recording = _noted(recording, _oddities(network, recording, study))
     if study.practice == "paper":
         recording = PAPER.recording(recording)
     sites = read_sites(row.sites) if row.sites else ()
@@ -144,10 +143,9 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     ventricle = read_ventricle(row.ventricle, recording.period) if row.ventricle else None
     if ventricle is not None:
         ventricle = replace(ventricle, source=inside(Path(ventricle.source), folder))
-        of_both = coupled(recording, ventricle)[1]
-        recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *of_both))))
+        recording = _noted(recording, coupled(recording, ventricle)[1])
     if loops is not None:
-        recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *loops.findings))))
+        recording = _noted(recording, loops.findings)
     beats = None if animal.beats is None else _corrected_beats(animal.beats, row, study)
     return replace(animal, recording=recording, beats=beats, synthetic=synthetic, sites=sites, ventricle=ventricle,
                    loops=loops)  # fmt: skip
@@ -180,10 +178,20 @@ def load_recording(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensembl
 def _corrected(
     recording: Recording, warned: list[Finding], row: AnimalRow, study: StudyFile, folder: Path
 ) -> Recording:
-    """Return a recording without known errors of instruments, with what lies behind its beds and what was noticed."""
-    through = _through_instruments(_relative(recording, warned, folder), row, study)
-    wedged, behind = _wedged(through, row)
-    return replace(wedged, notes=tuple(dict.fromkeys((*wedged.notes, *behind))))
+    """Return a recording without known errors of instruments, with what lies behind its beds and what was noticed.
+
+    Names of files in it are relative to `folder`.
+    """
+    further_notes = [finding for finding in warned if finding.at("") not in recording.notes]
+    prefix = "" if folder == Path() else f"{folder}/"  # of files beside the current folder nothing is taken away
+    notes = dict.fromkeys(finding.inside(prefix) for finding in (*recording.notes, *further_notes))
+    relative = replace(recording, source=recording.source.replace(prefix, ""), notes=tuple(notes))
+    return _wedged(_through_instruments(relative, row, study), row)
+
+
+def _noted(recording: Recording, findings: Iterable[Finding]) -> Recording:
+    """Return a recording with further findings among its notes."""
+    return replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *findings))))
 
 
 def _corrected_beats(average: EnsembleAverage, row: AnimalRow, study: StudyFile) -> EnsembleAverage:
@@ -205,18 +213,17 @@ def _corrected_beats(average: EnsembleAverage, row: AnimalRow, study: StudyFile)
     return replace(average, beat_pressure=pressures, beat_flow=flows)
 
 
-def _wedged(recording: Recording, row: AnimalRow) -> tuple[Recording, list[Finding]]:
+def _wedged(recording: Recording, row: AnimalRow) -> Recording:
     """Return a recording with what lies behind its beds, and what is to be known of it."""
     wave = read_wedge(row.wedge_wave, recording.period) if row.wedge_wave else None
     mean = row.wedge if row.wedge is not None or wave is None else wave.mean
-    pulsation = None if wave is None else wave.pulsation
-    wedged = replace(recording, wedge_pressure=mean or 0.0, wedge_pulsation=pulsation)
     findings = [WEDGE(wedge=mean)] if mean else []
     if wave is not None:
         findings += [WEDGE_WAVE(pulse=float(np.ptp(wave.pulsation))), *wave.findings]
         if mean is not None and abs(mean - wave.mean) > _MAX_WEDGE_DIFFERENCE:
             findings.append(WEDGE_DIFFERS(given=mean, wave=wave.mean))
-    return wedged, findings
+    pulsation = None if wave is None else wave.pulsation
+    return _noted(replace(recording, wedge_pressure=mean or 0.0, wedge_pulsation=pulsation), findings)
 
 
 def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None, RawRecording | None]:
@@ -282,17 +289,12 @@ def _through_instruments(recorded: Recording, row: AnimalRow, study: StudyFile) 
     if study.catheter is not None and not row.pressure_damping:
         recording = correct_catheter(recording, Catheter(*study.catheter))
     if recording is not recorded:
-        recording = _timed_anew(recording)
+        late = odd_timing(recording.pressure, recording.flow, recording.period)  # in the place of what it was late
+        notes = [note for note in recording.notes if note.code not in (LATE_FLOW.code, LATE_PRESSURE.code)]
+        recording = replace(recording, notes=(*notes, *late))
     if study.catheter is not None or row.pressure_damping or (suspected := suspect_catheter(recording)) is None:
         return recording
     return replace(recording, notes=(*recording.notes, ringing(suspected, recording)))
-
-
-def _timed_anew(recording: Recording) -> Recording:
-    """Return a corrected recording with what its signals are late by now, in the place of what they were."""
-    notes = [note for note in recording.notes if note.code not in (LATE_FLOW.code, LATE_PRESSURE.code)]
-    late = odd_timing(recording.pressure, recording.flow, recording.period)
-    return replace(recording, notes=(*notes, *late))
 
 
 def _oddities(network: Network, recording: Recording, study: StudyFile) -> Sequence[Finding]:
@@ -346,14 +348,6 @@ def analyzed_bytes(*arguments: Any) -> bytes:
 
 def _units(row: AnimalRow) -> dict[str, Any]:
     return {"pressure_unit": row.pressure_unit or None, "flow_unit": row.flow_unit or None}
-
-
-def _relative(recording: Recording, warned: list[Finding], folder: Path) -> Recording:
-    """Return the recording with `warned` among its notes and with file names relative to `folder`."""
-    further_notes = [finding for finding in warned if finding.at("") not in recording.notes]
-    prefix = "" if folder == Path() else f"{folder}/"  # of files beside the current folder nothing is taken away
-    notes = dict.fromkeys(finding.inside(prefix) for finding in (*recording.notes, *further_notes))
-    return replace(recording, source=recording.source.replace(prefix, ""), notes=tuple(notes))
 
 
 def inside(file: Path, folder: Path) -> str:

@@ -69,19 +69,17 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str, s
     findings = []
     if species not in SPECIES:
         return []
-    fitting_species = [name for name in SPECIES if _plausible(values, ranges_at(name, site))]
+    fitting_species = [name for name in SPECIES if not _outside(values, ranges_at(name, site))]
     fits, likely = "", "other"
     if fitting_species:
         species_names, likely = " or a ".join(fitting_species), fitting_species[0]
         fits = f" All of them fit a {species_names}: if it is one, name that species"
-    for name, unit in _UNITS.items():
-        low, high = _range(ranges_at(species, site), name)
-        value = float(values[name])
-        if not low <= value <= high:
-            kind = IMPLAUSIBLE_RADIUS if name == "root radius" else IMPLAUSIBLE
-            findings.append(
-                kind(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits, likely=likely)
-            )
+    for name, (low, high) in _outside(values, ranges_at(species, site)).items():
+        kind = IMPLAUSIBLE_RADIUS if name == "root radius" else IMPLAUSIBLE
+        value, unit = float(values[name]), _UNITS[name]
+        findings.append(
+            kind(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits, likely=likely)
+        )
     if fits:
         findings = findings[:1]  # one remedy for all of them
     low, high = SPECIES[species].tau
@@ -90,12 +88,10 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str, s
     return findings
 
 
-def _range(species: Species, name: str) -> tuple[float, float]:
-    return getattr(species, name.replace(" ", "_"))
-
-
-def _plausible(values: Mapping[str, float], species: Species) -> bool:
-    return all(low <= float(values[name]) <= high for name in _UNITS for low, high in [_range(species, name)])
+def _outside(values: Mapping[str, float], species: Species) -> dict[str, tuple[float, float]]:
+    """Return the usual range of every value that lies outside it."""
+    ranges = {name: getattr(species, name.replace(" ", "_")) for name in _UNITS}
+    return {name: (low, high) for name, (low, high) in ranges.items() if not low <= float(values[name]) <= high}
 
 
 def looks_of(result: AnimalResult, species: str) -> tuple[Finding, ...]:

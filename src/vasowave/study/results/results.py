@@ -167,11 +167,9 @@ class Results(Mapping[str, AnimalResult]):
         labels = [label for label, names in self._members.items() if names][1:]
         facts = {label: f"{len(names)}  {some_of(names, _MAX_NAMED_ANIMALS)}" for label, names in self._members.items()}
         facts["wall laws"] = self._laws
-        facts |= (
-            {"failed": some_of([f"{failure.animal}, {failure}" for failure in self.failures], _MAX_NAMED_ANIMALS)}
-            if self.failures
-            else {}
-        )
+        if self.failures:
+            failed = [f"{failure.animal}, {failure}" for failure in self.failures]
+            facts["failed"] = some_of(failed, _MAX_NAMED_ANIMALS)
         calls = [*(f"results[{name!r}]" for name in [*self][:1]), "results.table()"]
         facts["next"] = ", ".join([*calls, *(f"results.compare({label!r})" for label in labels[:1])])
         width = max(map(len, facts))
@@ -234,13 +232,13 @@ class Results(Mapping[str, AnimalResult]):
         results = self.in_order(whole=False)
         first = reference or (results[0].group if results else None)
         cohort = self.gathered(results, first)
+        alternatives = [*cohort.groups][1:]
+        listed = ", ".join(alternatives) or "none, for all animals are of one group"
         if group == cohort.reference:
-            alternatives = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
-            raise InputError(f"'{group}' is the reference itself; compare one of the others with it: {alternatives}")
-        if group not in [*cohort.groups][1:]:
-            group_names = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
-            raise InputError(f"no group '{group}' to compare with {cohort.reference}"
-                             f"{did_you_mean(group, [*cohort.groups][1:])}; there are: {group_names}")  # fmt: skip
+            raise InputError(f"'{group}' is the reference itself; compare one of the others with it: {listed}")
+        if group not in alternatives:
+            hint = did_you_mean(group, alternatives)
+            raise InputError(f"no group '{group}' to compare with {cohort.reference}{hint}; there are: {listed}")
         primary = primary_comparison(cohort, given_values(ReportSettings, self.settings.report, family))
         return Comparison(group, cohort, primary.of_group(group))
 

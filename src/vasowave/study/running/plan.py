@@ -110,26 +110,21 @@ def declare(study: Study) -> tuple[Declaration, ...]:
 
 def _declared_now(study: Study) -> dict[str, Any]:
     settings = study.settings
+    columns = [variable for variable in study.variables if variable.name in settings.design.terms]
     declared = {
         "groups": settings.groups,
         "quantities": settings.report.quantities,
         "law": settings.report.law or settings.calibration.walls[0],
         "design": asdict(settings.design),
-        "animals": _groups_and_cells(study),
+        "animals": {
+            row.animal: {"group": row.group} | {column.name: column.levels.get(row.animal, "") for column in columns}
+            for row in study.animals
+        },
         "reference": {
             variable.name: variable.order[0] for variable in study.variables if variable.name == settings.design.second
         },
     }
     return parsed_as(dict[str, Any], json.dumps(declared))
-
-
-def _groups_and_cells(study: Study) -> dict[str, dict[str, str]]:
-    """Return of every animal its group and its cells of the design's columns, an empty text for an empty cell."""
-    columns = [variable for variable in study.variables if variable.name in study.settings.design.terms]
-    return {
-        row.animal: {"group": row.group} | {variable.name: variable.levels.get(row.animal, "") for variable in columns}
-        for row in study.animals
-    }
 
 
 @dataclass(frozen=True)

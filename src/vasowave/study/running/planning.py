@@ -8,7 +8,7 @@ import numpy as np
 from vasowave.base.settings import given_values
 from vasowave.pulse.examples.published import published_table
 from vasowave.study.cohort.planning import Plan, plan_of, spreads_of, with_occasions
-from vasowave.study.cohort.spread import Planning, Spread
+from vasowave.study.cohort.power import Planning, Spread
 from vasowave.study.results.results import Results, read_results
 
 

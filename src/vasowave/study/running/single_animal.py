@@ -28,9 +28,9 @@ from vasowave.study.report.answer.animal import animal_answers
 from vasowave.study.report.answer.limits import assumed_errors
 from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.answer.problem_list import of_models
-from vasowave.study.report.tables.cells import symbols
-from vasowave.study.report.tables.models import MARKS
+from vasowave.study.report.sections.models import MARKS
 from vasowave.study.report.terms import caller
+from vasowave.study.report.wording import symbols
 from vasowave.study.results.loading import file_hashes
 from vasowave.study.results.results import INDEX, read_results
 from vasowave.study.results.store import CACHE, LOCK, SEARCHES

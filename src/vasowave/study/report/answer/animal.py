@@ -79,14 +79,10 @@ def _by_loops(result: AnimalResult, called: Called) -> list[tuple[str, str]]:
 def _measured(result: AnimalResult) -> str:
     data = result.measured.quantities
     text = {name: value_text(data[name]) for name in INDICES}
+    counted_from = "0 mmHg, for no wedge pressure is given"
+    if "wedge_pressure" in result.recording:
+        counted_from = f"a wedge pressure of {number(float(result.recording['wedge_pressure']), 2)} mmHg"
     return (
         f"Mean pressure {text['mPAP']} (systolic {text['sPAP']}, diastolic {text['dPAP']}) at {text['CO']} and "
-        f"{text['HR']}: vascular resistance PVR {text['PVR']}{_from_wedge(result)}."
+        f"{text['HR']}: vascular resistance PVR {text['PVR']}, counted from {counted_from}."
     )
-
-
-def _from_wedge(result: AnimalResult) -> str:
-    """Say from which pressure behind the beds a resistance counts."""
-    if "wedge_pressure" not in result.recording:
-        return ", counted from 0 mmHg, for no wedge pressure is given"
-    return f", counted from a wedge pressure of {number(float(result.recording['wedge_pressure']), 2)} mmHg"

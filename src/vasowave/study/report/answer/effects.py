@@ -74,7 +74,8 @@ def comparatives(effects: Sequence[Effect], called: Called, sized: bool = False)
     for effect in effects:
         higher, less, noun = described(effect.quantity).comparatives
         whence = "" if effect.source == "measured" else " by the model"
-        size = f" (× {_size(effect)}{whence})" if sized else ""
+        ratio = ratio_with_interval(effect.ratio, effect.low, effect.high).partition(" ")[0]
+        size = f" (× {ratio}{whence})" if sized else ""
         subjects_by_comparative.setdefault(higher if effect.ratio > 1 else less, []).append(
             (noun or plain(effect.quantity, called)) + size
         )
@@ -84,11 +85,6 @@ def comparatives(effects: Sequence[Effect], called: Called, sized: bool = False)
             for comparative, subjects in subjects_by_comparative.items()
         ]
     )
-
-
-def _size(effect: Effect) -> str:
-    """Return a ratio with the digits that its interval has."""
-    return ratio_with_interval(effect.ratio, effect.low, effect.high).partition(" ")[0]
 
 
 def plain(name: str, called: Called) -> str:

@@ -119,20 +119,15 @@ def animals_of(cohort: Cohort, effect: Effect) -> list[Dot]:
     Of groups each animal over the mean of the reference, of several recordings of an animal their mean. Of occasions
     each animal's own ratio, and of what groups differ in it that over the mean ratio of the reference.
     """
-    values, units = _values(cohort, effect)
+    rows = rows_of(cohort.table, effect.source)
+    label = column(rows, effect.quantity)
+    values, units = rows[label].astype(float), unit(split_unit(label)[1])
+    values = values[np.isfinite(values) & (values > 0)]  # those that a ratio can be of
     if effect.contrast.kind == "groups":
         return _of_groups(cohort, effect.contrast, values, units)
     if effect.contrast.kind in ("factor", "interaction") and cohort.design.occasion:
         return _of_occasions(cohort, effect.contrast, values)
     return []
-
-
-def _values(cohort: Cohort, effect: Effect) -> tuple[pd.Series, str]:
-    """Return the values that a ratio can be of, by recording, and their unit."""
-    rows = rows_of(cohort.table, effect.source)
-    label = column(rows, effect.quantity)
-    values = rows[label].astype(float)
-    return values[np.isfinite(values) & (values > 0)], unit(split_unit(label)[1])
 
 
 def _of_groups(cohort: Cohort, contrast: ContrastLabel, values: pd.Series, units: str) -> list[Dot]:

@@ -31,8 +31,7 @@ from vasowave.study.report.answer.effects import (
     where,
 )
 from vasowave.study.report.answer.marks import Mark, unmarked
-from vasowave.study.report.tables.cells import span
-from vasowave.study.report.wording import LIMIT, listed, number, ratio_with_interval, unlimited
+from vasowave.study.report.wording import LIMIT, listed, number, ratio_with_interval, span, unlimited
 
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
@@ -74,7 +73,10 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     for (question, _), asked in grouped(effects, lambda effect: (effect.question, effect.contrast)).items():
         questions.setdefault(question, []).append(_numbers(asked, called, mark, averaged))
     answers = [(question, " ".join(texts)) for question, texts in questions.items()]
-    sure = [*_corrected(effects), *sureness(effects), *_least_shown(effects, called)]
+    count = tested(effects)
+    many = f"They and p are corrected for {count} comparisons. " if count > 1 else ""
+    corrected = f"Brackets are 95 % intervals. {many}A p near 1 does not say that groups are equal."
+    sure = [*([corrected] if count else []), *sureness(effects), *_least_shown(effects, called)]
     return StudyAnswer(first, answers, sure)
 
 
@@ -160,13 +162,6 @@ def doubts_text(cohort: Cohort, primary: Primary) -> list[str]:
         "So few animals do not show how their values are distributed. Of 100 such studies without any effect, chance "
         f"shows something in 5 if their logarithms are normal, in {' and in '.join(kinds)}."
     ]
-
-
-def _corrected(effects: Sequence[Effect]) -> list[str]:
-    """Say what intervals and p are, and what p is not."""
-    count = tested(effects)
-    many = f"They and p are corrected for {count} comparisons. " if count > 1 else ""
-    return [f"Brackets are 95 % intervals. {many}A p near 1 does not say that groups are equal."] if count else []
 
 
 def tested(effects: Sequence[Effect]) -> int:

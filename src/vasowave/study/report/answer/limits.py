@@ -22,9 +22,11 @@ def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[s
     """Return sentences on what the fits leave open; nothing where nothing was fitted."""
     if not law:
         return []
+    posterior = cohort.law(law).posterior
+    drawn = posterior is not None and posterior.trusted
     return [
         *_image_pressure(cohort), *_residual(cohort, law), *_open(cohort, law, written), *_held(cohort, written),
-        *(assumed_errors(cohort.results, _drawn(cohort, law)) if cohort.single else ()), *_of_fits(cohort),
+        *(assumed_errors(cohort.results, drawn) if cohort.single else ()), *_of_fits(cohort),
     ]  # fmt: skip
 
 
@@ -36,11 +38,6 @@ def _of_fits(cohort: Cohort) -> list[str]:
         "Posteriors weigh the error of the model, which intervals of fits and p do not (inference: posterior in "
         "study.yaml, --inference posterior of vasowave fit), in about ten seconds of a processor for an animal and law."
     ]
-
-
-def _drawn(cohort: Cohort, law: str) -> bool:
-    posterior = cohort.law(law).posterior
-    return posterior is not None and posterior.trusted
 
 
 def assumed_errors(results: Sequence[AnimalResult], drawn: bool = False) -> list[str]:
@@ -185,7 +182,9 @@ def basis(cohort: Cohort, primary: Primary, called: Called) -> list[str]:
     images = shared_images(cohort)
     lungs = [*_lungs(primary), *_tipping(primary.effects, called)] if images else []
     drawn = any(effect.origin == "posterior" for effect in primary.effects)
-    return [*images, *assumed_errors(cohort.results, drawn), *lungs, *_without_image(primary.effects)]
+    measured = any(effect.source == "measured" for effect in primary.effects)
+    without_image = ["No image is behind numbers that are measured."] if measured else []
+    return [*images, *assumed_errors(cohort.results, drawn), *lungs, *without_image]
 
 
 def _lungs(primary: Primary) -> list[str]:
@@ -215,9 +214,3 @@ def _tipping(effects: Sequence[Effect], called: Called) -> list[str]:
         text.format(listed([named(effect) for effect in effects_by_standing[verdict]]))
         for verdict, text in texts.items() if verdict in effects_by_standing
     ]  # fmt: skip
-
-
-def _without_image(effects: Sequence[Effect]) -> list[str]:
-    """Say that measured quantities do not depend on images."""
-    measured = any(effect.source == "measured" for effect in effects)
-    return ["No image is behind numbers that are measured."] if measured else []

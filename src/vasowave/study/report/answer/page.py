@@ -26,10 +26,9 @@ from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.answer.problem_list import overstrained, problem_blocks
 from vasowave.study.report.answer.walls import wall_answer
 from vasowave.study.report.blocks import Answers, Block, Bullets, Drawing, Section, SideBySide
-from vasowave.study.report.tables.cells import nearest
-from vasowave.study.report.tables.data import animals_table
+from vasowave.study.report.sections.data import animals_table
 from vasowave.study.report.terms import caller, defined
-from vasowave.study.report.wording import UNLIMITED, listed, number, undecided, unlimited
+from vasowave.study.report.wording import UNLIMITED, listed, nearest, number, undecided, unlimited
 
 _NEAR = "≈: other draws may put this p on the other side of 0.05."
 UNLIKE = 0.15
@@ -158,7 +157,9 @@ def _below(cohort: Cohort, primary: Primary, reference: str) -> str:
 
 def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     scatter = "; grey: SD of the beats" if "pressure_sd" in cohort.results[0].recording else ""
-    single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}.{_entered(cohort, law)}"
+    by_pressure = law and cohort.law(law).compared == "flow"
+    entered = " The measured pressure enters the model; the fit is to the flow." if by_pressure else ""
+    single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}.{entered}"
     panels = f", one panel for each {cohort.second.name}" if cohort.crossed and cohort.second else ""
     group_caption = (
         f"Measured pressure and flow of every {'recording' if cohort.repeated else 'animal'} from the foot of the "
@@ -181,11 +182,6 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     text += " Lengths are not to scale."
     shown = any(law in result.laws for result in cohort.shown.values())
     return waves, [Drawing("Pressures", text, tree_figure(cohort, law))] if shown else []
-
-
-def _entered(cohort: Cohort, law: str) -> str:
-    by_pressure = law and cohort.law(law).compared == "flow"
-    return " The measured pressure enters the model; the fit is to the flow." if by_pressure else ""
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:

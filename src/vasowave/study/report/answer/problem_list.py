@@ -14,8 +14,7 @@ from vasowave.study.cohort.votes import MAX_RESIDUAL_RATIO, is_lone
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.answer.marks import MAX_NAMES, shortened
 from vasowave.study.report.blocks import Block, Notice, Remarks
-from vasowave.study.report.tables.cells import span
-from vasowave.study.report.wording import OF_FLOW, number
+from vasowave.study.report.wording import OF_FLOW, number, span
 
 _MAX_FAILURES = 8  # told one by one
 
@@ -46,7 +45,11 @@ def problems(cohort: Cohort, primary: Primary) -> list[str]:
 
 def of_models(cohort: Cohort, walls: Sequence[str]) -> list[str]:
     """Return what is wrong with fits: vessels that the walls overstrain, data that a law misses, a lone optimum."""
-    return [*overstrained(cohort, walls), *_missed(cohort), *_alone(cohort)]
+    missed = cohort.misfits[cohort.misfits["missed"]].groupby("wall", sort=False) if cohort.walls else ()
+    misses = [
+        _miss(str(wall), rows, OF_FLOW if cohort.law(str(wall)).compared == "flow" else "") for wall, rows in missed
+    ]
+    return [*overstrained(cohort, walls), *misses, *_alone(cohort)]
 
 
 def _sites(cohort: Cohort) -> list[str]:
@@ -151,16 +154,6 @@ def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
                 f"{shortened(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}"
             )
     return sentences
-
-
-def _missed(cohort: Cohort) -> list[str]:
-    if not cohort.walls:
-        return []
-    table = cohort.misfits
-    missed = table[table["missed"]].groupby("wall", sort=False)
-    return [
-        _miss(str(wall), rows, OF_FLOW if cohort.law(str(wall)).compared == "flow" else "") for wall, rows in missed
-    ]
 
 
 def _miss(wall: str, rows: pd.DataFrame, of_flow: str) -> str:

@@ -47,7 +47,10 @@ def _evidence(evidence: Evidence, law: str, cohort: Cohort) -> str:
     else:
         verdict = f"The posteriors do not decide between the {law} and the {evidence.wall} wall"
     ratios = np.array(list(evidence.ratios.values())) ** (-1.0 if side < 0 else 1.0)
-    clear = "" if cohort.single else f"; {_clear(favorable, contrary, n, law, evidence.wall)}"
+    counts = [f"for the {name} law in {count} of {n} animals"
+              for name, count in ((law, favorable), (evidence.wall, contrary)) if count]  # fmt: skip
+    cleared = listed(counts) if counts else f"in none of {n} animals"
+    clear = "" if cohort.single else f"; {CLEAR_EVIDENCE_RATIO:g} times or more {cleared}"
     text = f"{verdict}: by their evidences the recording is {_times(ratios)} as likely under the {better} law as "
     text += f"under the other{clear}."
     if not evidence.untrusted:
@@ -66,12 +69,6 @@ def _times(ratios: np.ndarray) -> str:
 
 def _ratio(value: float) -> str:
     return "over 1000" if value > 1000 else number(float(value), 2) if value >= 1e-3 else "under 0.001"
-
-
-def _clear(favorable: int, contrary: int, n: int, law: str, wall: str) -> str:
-    counts = [f"for the {name} law in {count} of {n} animals"
-              for name, count in ((law, favorable), (wall, contrary)) if count]  # fmt: skip
-    return f"{CLEAR_EVIDENCE_RATIO:g} times or more {listed(counts) if counts else f'in none of {n} animals'}"
 
 
 def _by_residuals(cohort: Cohort, law: str, answered: set[str]) -> list[str]:

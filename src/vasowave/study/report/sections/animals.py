@@ -8,17 +8,29 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.base.findings import texts
+from vasowave.pulse.inference.known_errors import SOURCES
+from vasowave.study.animal.law_result import PosteriorResult
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.figures.fit import ON_A_SHEET, sheet_figure, sheets
 from vasowave.study.figures.matplotlib_style import group_looks
 from vasowave.study.figures.measured import beats_figure
 from vasowave.study.figures.modeled import fit_figure
-from vasowave.study.report.blocks import Block, Bullets, Drawing, Fold, Heading, OnScreen, Paragraph, Remarks, Section
-from vasowave.study.report.tables import animal as tables
-from vasowave.study.report.tables.animal import estimates_frame
-from vasowave.study.report.tables.models import laws_by_posterior
-from vasowave.study.report.wording import listed, number, unit, with_error
+from vasowave.study.report.blocks import (
+    Block,
+    Bullets,
+    Drawing,
+    Fold,
+    Heading,
+    OnScreen,
+    Paragraph,
+    Remarks,
+    Section,
+    Table,
+)
+from vasowave.study.report.sections.laws import laws_by_posterior
+from vasowave.study.report.sections.models import MARKS, mark
+from vasowave.study.report.wording import Row, listed, number, unit, value_text, with_error, with_unit
 
 ANIMALS = "animals"
 """Name of the section that shows every animal of several."""
@@ -45,28 +57,17 @@ def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, S
     (result,) = cohort.results
     color = group_looks(cohort.groups)[result.group].color
     fit = [*_sentences(result, written), *_fit(result, 1, color)]
+    notes = _remarks(result)  # folded, as they stand with the animals of a cohort
+    folded = [Fold(f"Notes ({len(result.findings)})", notes)] if notes else []
     return (
-        Section("animal", "Fit and values", [*fit, *_values(result, written), *_beats(result, 1), *_notes(result)]),
+        Section("animal", "Fit and values", [*fit, *_values(result, written), *_beats(result, 1), *folded]),
         Section("search", "Search, correlations, numerics", _search(result, written)),
     )
-
-
-def _title(result: AnimalResult) -> str:
-    made = ", synthetic" if result.synthetic else ""
-    count = len(result.findings)
-    notes = f", {count} {'note' if count == 1 else 'notes'}" if count else ""
-    return f"{result.name} ({result.group}{made}{notes})"
 
 
 def _remarks(result: AnimalResult) -> list[Block]:
     notes = texts(result.findings)
     return [Remarks("Notes", notes)] if notes else []
-
-
-def _notes(result: AnimalResult) -> list[Block]:
-    """Return the notes folded, as they stand with the animals of a cohort."""
-    remarks = _remarks(result)
-    return [Fold(f"Notes ({len(result.findings)})", remarks)] if remarks else []
 
 
 def _sentences(result: AnimalResult, written: dict[str, str]) -> list[Block]:
@@ -77,10 +78,12 @@ def _sentences(result: AnimalResult, written: dict[str, str]) -> list[Block]:
 
 
 def _folded(result: AnimalResult, fit: Sequence[Block], beats: Sequence[Block], written: dict[str, str]) -> Fold:
+    made, count = ", synthetic" if result.synthetic else "", len(result.findings)
+    notes = f", {count} {'note' if count == 1 else 'notes'}" if count else ""
     details = _sentences(result, written) + _search(result, written)
     blocks = [*_remarks(result), *fit, *_values(result, written), *beats]
     blocks += [Fold("The fits in words; search, correlations, numerics", details)] if details else []
-    return Fold(_title(result), blocks)
+    return Fold(f"{result.name} ({result.group}{made}{notes})", blocks)
 
 
 def _sheets(cohort: Cohort) -> list[Block]:
@@ -120,8 +123,8 @@ def _values(result: AnimalResult, written: dict[str, str]) -> list[Block]:
     posteriors = {wall: law.posterior for wall, law in result.laws.items() if law.posterior is not None}
     laws = [laws_by_posterior(result.evidence)] if result.evidence is not None else []
     return [
-        tables.values(result, written),
-        *(tables.posterior(wall, posterior, written) for wall, posterior in posteriors.items()),
+        values(result, written),
+        *(posterior(wall, drawn, written) for wall, drawn in posteriors.items()),
         *laws,
     ]
 
@@ -131,11 +134,11 @@ def _search(result: AnimalResult, written: dict[str, str]) -> list[Block]:
     blocks: list[Block] = []
     for wall in result.laws:
         blocks += [
-            tables.estimates(result, wall, written),
-            tables.correlations(result, wall, written),
-            tables.starts(result, wall),
+            estimates(result, wall, written),
+            correlations(result, wall, written),
+            starts(result, wall),
         ]
-    return [*blocks, tables.numerics(result)] if blocks else []
+    return [*blocks, numerics(result)] if blocks else []
 
 
 def _beats_caption(beats: xr.Dataset) -> str:
@@ -205,7 +208,9 @@ def _limits(table: pd.DataFrame, written: Mapping[str, str]) -> list[str]:
     free = table[table["free"].astype(bool)]
     symbols = {str(name): written.get(str(name), str(name)) for name in free.index}
     stopped = [
-        f"{symbols[str(name)]} at its {_nearer_bound(row)} bound ({number(row['value'])})"
+        f"{symbols[str(name)]} at its "
+        f"{'lower' if row['value'] - row['lower'] < row['upper'] - row['value'] else 'upper'} bound "
+        f"({number(row['value'])})"
         for name, row in free[free["at_bound"].astype(bool)].iterrows()
     ]
     open_ones = [symbols[str(name)] for name in free.index[~free["determined"].astype(bool)]]
@@ -213,10 +218,6 @@ def _limits(table: pd.DataFrame, written: Mapping[str, str]) -> list[str]:
     if open_ones:
         return [*sentences, f"The data do not determine {listed(open_ones)}; other values fit about as well."]
     return [*sentences, "The data determine every free parameter."]
-
-
-def _nearer_bound(row: pd.Series) -> str:
-    return "lower" if row["value"] - row["lower"] < row["upper"] - row["value"] else "upper"
 
 
 def _starts(fit: xr.Dataset) -> str:
@@ -227,3 +228,123 @@ def _starts(fit: xr.Dataset) -> str:
         return f"All {count} starts of the optimization came to this optimum, or into its bowl."
     text = f"Only {agree} of {count} starts of the optimization came to this optimum or into its bowl"
     return f"{text}; the others are listed below."
+
+
+_NUMERICS = {
+    "period": ("period", "s"),
+    "cycles": ("simulated cycles", ""),
+    "change": ("largest change over the last cycle", "mmHg"),
+    "tolerance": ("change that counts as periodic", "mmHg"),
+    "converged": ("periodic", ""),
+    "courant": ("largest Courant number", ""),
+    "steps_per_cycle": ("time steps per cycle", ""),
+    "cell_size": ("longest cell", "cm"),
+    "volume_error": ("volume out of balance over a cycle, relative", ""),
+}
+
+
+def values(result: AnimalResult, written: dict[str, str]) -> Table:
+    """Return every single number: measured, and of each wall law with its 95 % interval where it is known."""
+    by_source = {source: result.sources[source].quantities for source in result.sources}
+    fits = {wall: result.laws[wall].calibration for wall in result.laws}
+    rows: list[Row] = []
+    for name in dict.fromkeys(str(name) for data in by_source.values() for name in data.data_vars):
+        units = next(str(data.variables[name].attrs.get("units", "1")) for data in by_source.values() if name in data)
+        cells = [_value(data[name], fits.get(source)) if name in data else "" for source, data in by_source.items()]
+        rows.append((with_unit(f"{name} [{units}]", written), *cells))
+    header = ("quantity", "measured", *(f"{wall} wall" for wall in result.laws))
+    note = (
+        "Measured: the indices, and nominal values; β and c follow from the up-slope, τ of the diastolic decay stands "
+        f"in the row of R_T C_T, R_T is mean pressure (above the wedge's) over mean flow. {MARKS}"
+    )
+    return Table("", "Values, measured and calibrated [95 % interval]", header, rows, note)
+
+
+def estimates(result: AnimalResult, wall: str, written: dict[str, str]) -> Table:
+    """Return what the search for the parameters of one wall law came to."""
+    data = estimates_frame(result, wall)
+    symbols = data["parameter"].map(lambda name: written.get(name, name))
+    shown = data.assign(parameter=symbols, unit=data["unit"].map(unit))
+    shown = shown.drop(columns=["symbol", "meaning"], errors="ignore")
+    shown.columns = shown.columns.str.replace("_", " ")
+    return Table.from_frame("", f"{wall.capitalize()} wall: the parameters and their search", shown)
+
+
+def posterior(wall: str, posterior_result: PosteriorResult, written: dict[str, str]) -> Table:
+    """Return what the posterior of one wall law says of every quantity, and where its uncertainty comes from."""
+    data = posterior_result.table
+    header = (
+        "quantity",
+        "median [95 %]",
+        "assumed before [95 %]",
+        *(f"from {source}" if source != "prior" else "assumed" for source in SOURCES),
+    )
+    rows: list[Row] = []
+    for name in data["quantity"].values:
+        row = data.sel(quantity=name)
+        value, before = f"{number(float(row['median']))} {_ends(row, 'interval')}", _ends(row, "prior")
+        shares = [float(row.get(f"share_{source}", np.nan)) for source in SOURCES]
+        cells = ["" if np.isnan(share) else f"{100 * share:.0f} %" for share in shares]
+        rows.append((with_unit(f"{name} [{row['unit'].item()}]", written), value, before, *cells))
+    trusted = "the sampling succeeded" if posterior_result.trusted else "do not believe these numbers"
+    note = (
+        "Parameters, geometry and the model's own error are unknown together; the shares say where the variance comes "
+        f"from. Pareto k {float(data['k_hat']):.2f}, {float(data['effective']):.0f} effective draws, two halves "
+        f"{float(data['halves_apart']):.1f} SD apart: {trusted}."
+    )
+    return Table("", f"{wall.capitalize()} wall: posterior", header, rows, note)
+
+
+def _ends(row: xr.Dataset, prefix: str) -> str:
+    return f"[{number(float(row[f'{prefix}_low']))}, {number(float(row[f'{prefix}_high']))}]"
+
+
+def correlations(result: AnimalResult, wall: str, written: dict[str, str]) -> Table:
+    """Return the correlation of the estimates of one wall law."""
+    matrix = result.laws[wall].calibration["correlation"]
+    names = [written.get(str(name), str(name)) for name in matrix["free_parameter"].values]
+    rows = [(name, *(f"{value:.2f}" for value in row)) for name, row in zip(names, matrix.values, strict=True)]
+    return Table("", f"{wall.capitalize()} wall: correlation of the estimates", (" ", *names), rows)
+
+
+def starts(result: AnimalResult, wall: str) -> Table:
+    """Return where every start of the search ended."""
+    return Table.from_frame("", f"{wall.capitalize()} wall: starts of the search", starts_frame(result, wall), digits=4)
+
+
+def numerics(result: AnimalResult) -> Table:
+    """Return settings and checks of the simulations, one column per wall law."""
+    by_wall = {wall: result.laws[wall].simulation.attrs for wall in result.laws}
+    rows: list[Row] = []
+    for key in dict.fromkeys(str(key) for attrs in by_wall.values() for key in attrs if key != "wall"):
+        cells = [number(bool(attrs.get(key)) if key == "converged" else attrs.get(key)) for attrs in by_wall.values()]
+        rows.append((*_NUMERICS.get(key, (key.replace("_", " "), "")), *cells))
+    header = ("setting", "unit", *(f"{wall} wall" for wall in by_wall))
+    return Table("", "Settings and checks of the simulations", header, rows)
+
+
+def estimates_frame(result: AnimalResult, wall: str) -> pd.DataFrame:
+    """Return parameters, bounds, values and errors of one calibration in full precision."""
+    fit = result.laws[wall].calibration
+    along = [
+        str(name) for name, value in fit.variables.items() if value.dims == ("parameter",) and name in fit.data_vars
+    ]
+    order = ["unit", *(name for name in along if name != "unit")]
+    return pd.DataFrame({"parameter": fit["parameter"].values, **{name: fit.variables[name].values for name in order}})
+
+
+def starts_frame(result: AnimalResult, wall: str) -> pd.DataFrame:
+    """Return where every start ended in full precision, units in the column names."""
+    fit = result.laws[wall].calibration
+    count = {"start": np.arange(fit.sizes["start"])}
+    columns = {}
+    for name, value in fit.variables.items():
+        if value.dims == ("start",) and name in fit.data_vars:
+            units = value.attrs.get("units", "")
+            label = str(name).removeprefix("start_")
+            columns[f"{label} [{units}]" if units else label] = value.values
+    return pd.DataFrame(count | columns)
+
+
+def _value(value: xr.DataArray, fit: xr.Dataset | None) -> str:
+    return value_text(value, with_unit=False) + ("" if fit is None else mark(fit, str(value.name)))

@@ -19,13 +19,29 @@ from vasowave.study.cohort.two_groups import MAX_EXACT_ANIMALS
 from vasowave.study.report.answer.design import design_text
 from vasowave.study.report.answer.effects import labels
 from vasowave.study.report.blocks import Paragraph, Section
-from vasowave.study.report.tables.cells import named, span, symbols
 from vasowave.study.report.terms import symbol
-from vasowave.study.report.wording import ERROR_OF_DRAWS, LIMIT, friction_words, listed, number, some_of
+from vasowave.study.report.wording import (
+    ERROR_OF_DRAWS,
+    LIMIT,
+    friction_words,
+    listed,
+    named,
+    number,
+    some_of,
+    span,
+    symbols,
+)
 
 _NAMED = 6  # animals, in a sentence
 _FIDUCIALS = {"ecg": "the R wave of the ECG", "pressure": "the foot of the pressure"}
 _SEARCHES = {"least-squares": "bounded least squares (trust region)", "sqp": "sequential quadratic programming"}
+_ANALYSES = (
+    "Waves were separated and their time-normalized intensity computed without smoothing (eqs. 15, 16); I_R is the "
+    "ratio of the ranges of the backward and the forward pressure wave over the cycle (eq. 17). Impedance spectra "
+    "came from Fourier series (eqs. 18, 19), harmonics whose flow was near the noise level were marked. "
+    "Compliances were taken at diastolic pressure, C_v by the published series/parallel rule and as plain sum "
+    "(eqs. 25 to 30), wave speeds at mean pressure (eqs. 31, 32)."
+)
 
 
 def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, SourceComparison]) -> Section:
@@ -33,7 +49,7 @@ def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, 
     texts = [_data(cohort)]
     if cohort.walls:
         texts += [_model(cohort), _calibration(cohort), *_posteriors(cohort)]
-    texts.append(_analyses())
+    texts.append(_ANALYSES)
     if not cohort.single:
         texts += [*_primary(cohort, primary, symbols(cohort)), _statistics(cohort, comparisons)]
     return Section("methods", "Methods", [Paragraph(text) for text in texts])
@@ -214,16 +230,6 @@ def _free(cohort: Cohort, wall: str) -> str:
     return ", ".join(written.get(name, name) for name in names)
 
 
-def _analyses() -> str:
-    return (
-        "Waves were separated and their time-normalized intensity computed without smoothing (eqs. 15, 16); I_R is the "
-        "ratio of the ranges of the backward and the forward pressure wave over the cycle (eq. 17). Impedance spectra "
-        "came from Fourier series (eqs. 18, 19), harmonics whose flow was near the noise level were marked. "
-        "Compliances were taken at diastolic pressure, C_v by the published series/parallel rule and as plain sum "
-        "(eqs. 25 to 30), wave speeds at mean pressure (eqs. 31, 32)."
-    )
-
-
 def _primary(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list[str]:
     effects = primary.effects
     if not effects:
@@ -261,10 +267,14 @@ def _declared(cohort: Cohort) -> str:
     )
     text = f" {subject} were declared on {first.time}{_when(first)}."
     for before, after in pairwise(cohort.declared):
-        if new := after.first_said(before):
-            text += f" Declared first on {after.time}{_when(after)}: {listed(new)}."
+        if first_said := after.first_said(before):
+            text += f" Declared first on {after.time}{_when(after)}: {listed(first_said)}."
         if changed := after.changes(before):
-            detail = {"animals": f" ({_of_rows(after.rows(before))})", "reference": _of_reference(before, after)}
+            old, new = (listed([*words.content.get("reference", {}).values()]) for words in (before, after))
+            detail = {
+                "animals": f" ({_of_rows(after.rows(before))})",
+                "reference": f" ({old or 'none'} → {new or 'none'})",
+            }
             text += (
                 f" Changed on {after.time}{_when(after)}: {listed([name + detail.get(name, '') for name in changed])}."
             )
@@ -279,11 +289,6 @@ def _of_rows(rows: AnimalChanges) -> str:
     cells = [f"{animal}, {column} {old or 'empty'} → {new or 'empty'}" for animal, column, old, new in rows.changed]
     changes = {"added": rows.added, "dropped": rows.dropped, "changed": cells}
     return "; ".join(f"{kind}: {some_of([*names], _NAMED)}" for kind, names in changes.items() if names)
-
-
-def _of_reference(before: Declaration, after: Declaration) -> str:
-    old, new = (listed([*declaration.content.get("reference", {}).values()]) for declaration in (before, after))
-    return f" ({old or 'none'} → {new or 'none'})"
 
 
 def _when(declaration: Declaration) -> str:

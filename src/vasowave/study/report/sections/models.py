@@ -1,4 +1,4 @@
-"""The calibrated models: waveforms, walls, parameters, starts, waves, impedance, residuals, selection."""
+"""The calibrated models: waveforms, walls, parameters, starts, waves, impedance and residuals, drawn and in tables."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,21 +7,34 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.pulse.quantities import MEANS
+from vasowave.base.descriptions import AT_BOUND, OPEN, parameter_mark
+from vasowave.base.io.columns import split_unit
+from vasowave.pulse.analysis.waves import WAVES
+from vasowave.pulse.quantities import MEANS, OPTIMIZED
+from vasowave.study.animal.reading import largest_waves
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.primary import Primary
-from vasowave.study.cohort.table import column, rows_of
+from vasowave.study.cohort.table import column, columns, rows_of
 from vasowave.study.figures import modeled as figures
 from vasowave.study.figures.compared import means_figure
 from vasowave.study.figures.fit import PANELS
 from vasowave.study.figures.matplotlib_style import color_stops, group_looks, short, source_looks
-from vasowave.study.figures.modeled import sites_figure, sites_of
 from vasowave.study.figures.network import axes_in_space
-from vasowave.study.report.blocks import Block, Drawing, Fold, RotatingView, Section, Table
-from vasowave.study.report.tables import models as tables
-from vasowave.study.report.tables.models import misfit_table, preference_table, selection_table, sites_table
-from vasowave.study.report.wording import column_label, listed, probability
+from vasowave.study.report.blocks import Block, Drawing, RotatingView, Section, Table
+from vasowave.study.report.sections.laws import misfit_table, selection_blocks, sites_blocks
+from vasowave.study.report.wording import (
+    Row,
+    animal_cells,
+    column_label,
+    listed,
+    mean_sd,
+    number,
+    probability,
+    span,
+    symbols,
+    with_unit,
+)
 
 _SAME = 1e-9  # logarithms that differ by less are equal but for rounding
 _P = (
@@ -37,13 +50,13 @@ def model_section(cohort: Cohort, primary: Primary, written: Mapping[str, str]) 
     blocks = [
         *space_block(cohort, law or cohort.walls[0]),
         *_waveforms(cohort),
-        *(tables.parameters(cohort, wall) for wall in cohort.walls),
-        *_sites(cohort),
-        tables.bounds(cohort),
+        *(parameters(cohort, wall) for wall in cohort.walls),
+        *sites_blocks(cohort),
+        bounds(cohort),
         *_means(cohort, primary, written),
         Drawing("Waterfall", "S of every start over the best S of its animal, in rising order: a flat line is a "
                 "calibration whose starts agree.", figures.waterfall_figure(cohort)),
-        tables.starts(cohort),
+        starts(cohort),
         *_waves(cohort, primary, written),
         Drawing("Impd", f"Impedance modulus and unwrapped phase (eq. 19) at harmonics 0 to "
                 f"{harmonics}{whose}; bars: 95 % by the scatter of the averaged beats, where it is "
@@ -51,7 +64,7 @@ def model_section(cohort: Cohort, primary: Primary, written: Mapping[str, str]) 
         Drawing("Residuals", "Measured minus simulated pressure and its autocorrelation; inside the grey band an "
                 "autocorrelation cannot be told from that of independent noise.", figures.residuals_figure(cohort)),
         misfit_table(cohort),
-        *_selection(cohort, law),
+        *selection_blocks(cohort, law),
     ]  # fmt: skip
     return Section("models", "Calibrated model" if cohort.single else "Calibrated models", blocks)
 
@@ -81,20 +94,6 @@ def _waveforms(cohort: Cohort) -> list[Block]:
                 "the radius over its mean.",
                 figures.along_network_figure(cohort)),
     ]  # fmt: skip
-
-
-def _sites(cohort: Cohort) -> list[Block]:
-    """What further sites add: a figure and a table where any animal has some."""
-    shown = {group: result for group, result in cohort.shown.items() if sites_of(result)}
-    if not any(sites_of(result) for result in cohort.results):
-        return []
-    drawn: list[Block] = [
-        Drawing(f"Sites-{place}", f"What was observed at further sites of {cohort.name(group)} (black; dotted: mean, "
-                "largest and smallest value), the fit to all sites (colored), and what the fit without that site "
-                "predicts (grey).", sites_figure(result, group_looks(cohort.groups)[group].color))
-        for place, (group, result) in enumerate(shown.items(), start=1)
-    ]  # fmt: skip
-    return [*drawn, sites_table(cohort)]
 
 
 def _means(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list[Block]:
@@ -166,16 +165,7 @@ def _waves(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list
         drawn = means_figure(cohort, columns, cohort.sources, above)
         caption = f"Reflection coefficient I_R (eq. 17). {_points(cohort, cohort.sources, above)}"
         blocks.append(Drawing("WIA-I_R", caption, drawn))
-    return [*blocks, tables.waves(cohort)]
-
-
-def _selection(cohort: Cohort, law: str) -> list[Block]:
-    if not cohort.compared:
-        return []
-    table: Table = selection_table(cohort)
-    if cohort.single:
-        return [table]
-    return [preference_table(cohort, law), Fold("Model selection, animal by animal", [table])]
+    return [*blocks, waves(cohort)]
 
 
 _SAMPLES, _FEWER, _MANY = 64, 32, 100  # of each waveform; of each where there are many vessels
@@ -234,3 +224,106 @@ def _rounded(values: np.ndarray) -> Any:
     return np.vectorize(lambda value: float(f"{value:.4g}") if np.isfinite(value) else None, otypes=[object])(
         values
     ).tolist()
+
+
+MARKS = (
+    f"{AT_BOUND} at a bound of its search; {OPEN} not determined by the data (the ends of its 95 % interval differ by "
+    "more than a factor of 4)."
+)
+
+
+def bounds(cohort: Cohort) -> Table:
+    """Bounds of the searches ("Bounds")."""
+    rows = []
+    for wall in cohort.walls:
+        fits = cohort.calibrations(wall)
+        for place, name in enumerate(fits[0]["parameter"].values):
+            unit = str(fits[0]["unit"].values[place])
+            low, high, start = (
+                np.array([fit[key].values[place] for fit in fits]) for key in ("lower", "upper", "nominal")
+            )
+            rows.append(
+                {
+                    "wall": wall, "parameter": f"{name} [{unit}]",
+                    "lower bound": span(low), "upper bound": span(high),
+                    "lower / nominal": span(low / start), "upper / nominal": span(high / start),
+                }
+            )  # fmt: skip
+    ranges = "" if cohort.single else "; ranges over the animals"
+    return Table.from_frame("Bounds", f"Bounds of the search{ranges}", pd.DataFrame(rows))
+
+
+def parameters(cohort: Cohort, wall: str) -> Table:
+    """Optimized values of every animal with one wall law ("Parameters")."""
+    law, written = cohort.law(wall), symbols(cohort)
+    names = dict.fromkeys((*law.parameters, law.stiffness, *OPTIMIZED))
+    table = cohort.table[cohort.table["source"] == wall]
+    labels = [label for label in columns(table, tuple(names)) if table[label].notna().any()]
+    header = ("animal", "group", *(with_unit(label, written) for label in labels))
+    cells: list[Row] = []
+    for (_, row), fit in zip(table.iterrows(), cohort.calibrations(wall), strict=True):
+        marked = [number(row[label]) + mark(fit, split_unit(label)[0]) for label in labels]
+        cells.append((row["animal"], row["group"], *marked))
+    data = table[["animal", "group", *labels]]
+    return Table(f"Parameters-{wall}", f"Optimized values, {wall} wall", header, cells, MARKS, data)
+
+
+def starts(cohort: Cohort) -> Table:
+    """The number of starts of every calibration that found its optimum."""
+    rows = []
+    for result in cohort.results:
+        row = animal_cells(result)
+        for wall in result.laws:
+            fit = result.laws[wall].calibration
+            row[f"{wall}: starts"] = int(fit.sizes["start"])
+            row[f"{wall}: agree"] = int(fit["start_agrees"].values.astype(bool).sum())
+            row[f"{wall}: simulations"] = int(fit["start_simulations"].values.sum())
+        rows.append(row)
+    return Table.from_frame("Starts", "Starts of every calibration, and how many found its optimum", pd.DataFrame(rows))
+
+
+def waves(cohort: Cohort) -> Table:
+    """Peak, area and time of the largest wave of each kind, by group (and level, if crossed) and source."""
+    rows = []
+    for cell, (_, _, results) in cohort.cells.items():
+        for result in results:
+            row = animal_cells(result) | {"group": cell}
+            for source, source_result in result.sources.items():
+                rows += [row | {"source": source} | wave for wave in _largest_waves(source_result.waves)]
+    data = pd.DataFrame(rows)
+    data = data.sort_values("wave", key=lambda wave: wave.map(list(WAVES).index), kind="stable", ignore_index=True)
+    measures = [label for label in data.columns if "[" in label]
+    header = ("wave", "source", "group", "n", *map(column_label, measures))
+    cells = [
+        (str(wave), str(source), str(group), str(len(wave_rows)),
+         *(mean_sd(wave_rows[label].agg(mean="mean", SD="std")) for label in measures))
+        for (wave, source, group), wave_rows in data.groupby(["wave", "source", "group"], sort=False)
+    ]  # fmt: skip
+    note = (
+        f"{'The' if cohort.single else 'Mean ± SD of the'} largest wave of each kind: F forward, B backward, C "
+        "compression, D decompression; backward intensities are negative. Measured: with A₀ and the wave speed that "
+        "the up-slope gives."
+    )
+    return Table("Waves", "Single waves at the inlet", header, cells, note, data)
+
+
+def _largest_waves(data: xr.Dataset) -> list[dict[str, object]]:
+    return [
+        {
+            "wave": name,
+            "peak [W/cm2/s2]": float(data["wave_peak"][row]), "area [W/cm2/s]": float(data["wave_area"][row]),
+            "time/T [1]": float(data["wave_time"][row]) / float(data.attrs["period"]),
+        }
+        for name, row in largest_waves(data).items()
+    ]  # fmt: skip
+
+
+def mark(fit: xr.Dataset, name: str) -> str:
+    """Return the mark of a parameter that lies at a bound or is not determined; see `MARKS`."""
+    variables = fit.variables  # a value looked up in the data set itself gathers its coordinates, which takes long
+    names = variables["parameter"].values.tolist()
+    if name not in names:
+        return ""
+    place = names.index(name)
+    shown = parameter_mark(*(bool(variables[flag].values[place]) for flag in ("free", "at_bound", "determined")))
+    return f" {shown}" if shown else ""

@@ -9,8 +9,8 @@ from vasowave.pulse.cycle.cycle import resample
 from vasowave.pulse.inference.known_errors import SOURCES
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
-from vasowave.study.report.tables.animal import estimates_frame, starts_frame
-from vasowave.study.report.tables.cells import animal_cells
+from vasowave.study.report.sections.animals import estimates_frame, starts_frame
+from vasowave.study.report.wording import animal_cells
 
 
 def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
