@@ -29,7 +29,7 @@ _OF_RECORDINGS = ("species", "site", "catheter")
 """Settings that a recording is read by, beside those of its averaging."""
 
 _SHOWN = (
-    *("channel", "unit", "sheet", "period", "start", "end", "wedge"),
+    *("channel", "unit", "sheet", "subject_row", "period", "start", "end", "wedge"),
     *("species", "site", "walls", "beds", "starts", "inference", "practice", "pdf"),
 )
 """Options that the help of a command with all settings shows; the others work, too; docs/study-file.md lists them."""
@@ -60,6 +60,9 @@ CELLS = (
 
 CELLS_OF_ADD = (*CELLS, "site")
 """Those of `add`; elsewhere the artery is that of the study."""
+
+CELLS_OF_INDICES = tuple(title for title in CELLS if title not in ("sites", "ventricle", "loops", "volume delay [s]"))
+"""Those of `indices`, which says nothing of other places and of a ventricle."""
 
 CELLS_OF = {"channel": ("pressure", "flow", "ecg", "volume"), "unit": ("pressure", "flow", "volume")}
 _MEANINGS = {
@@ -175,7 +178,7 @@ def _options_of(name: str) -> dict[str, Any]:
         plain = {key: setting for key, setting in settings_of(LoopReading).items() if key not in _NAMED_BY_CHANNEL}
         return {key: _option(key, setting, "recording") for key, setting in (typed | plain).items()}
     keys = [(section, key, setting) for section, key, setting in _keys() if _belongs(name, section, key)]
-    options = _row_options(True) | {
+    options = _row_options(True, CELLS_OF_INDICES if name == "indices" else CELLS) | {
         key: _option(key, setting, section or "more", key not in _SHOWN) for section, key, setting in keys
     }
     return options | {_SET: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=_SET_HELP)]}

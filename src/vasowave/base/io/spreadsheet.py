@@ -17,6 +17,8 @@ WORKBOOKS = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 _MAX_UNPACKED = 512 << 20  # bytes; a million rows of four numbers have 150 MB
 _MAX_CELLS = 1 << 26  # of a sheet; more than a table of signals has, and as many as memory holds
 _LONGEST_CELL = 1 << 16  # characters; Excel allows half of them
+_OF_WORKBOOKS = ("[Content_Types].xml", "mimetype")
+"""Members by which an archive is a workbook of Excel, or of OpenDocument."""
 _ZIP, _OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _AS_CSV = "save the sheet as .xlsx or CSV"
 
@@ -68,9 +70,13 @@ def _unpacked(path: Path) -> int:
     """Return how many bytes a workbook says to unpack to; refuse one that no table needs."""
     try:
         with zipfile.ZipFile(path) as archive:
-            size = sum(member.file_size for member in archive.infolist())
+            members = archive.infolist()
+            size = sum(member.file_size for member in members)
     except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, EOFError):
         return 0  # an .xls, or damaged, as the reader will say
+    names = [member.filename for member in members if not member.filename.startswith("__MACOSX") and member.file_size]
+    if not any(name in _OF_WORKBOOKS for name in names):
+        raise InputError(f"{path}: an archive that holds {', '.join(names[:4]) or 'nothing'}; unpack it, and give what it holds")
     if size > _MAX_UNPACKED:
         raise InputError(f"{path}: unpacks to {size >> 20} MB, more than {_MAX_UNPACKED >> 20}; save the sheet as CSV")
     return size
