@@ -53,7 +53,7 @@ def _plain(match: re.Match[str]) -> str:
 
 def is_number_row(text: str, separator: str) -> bool:
     """Whether all cells of a row are numbers, gaps, times of day or dates."""
-    return all(is_value(cell.strip(" \"\r")) for cell in text.split(separator))
+    return all(is_value(cell.strip(' "\r')) for cell in text.split(separator))
 
 
 def is_value(cell: str) -> bool:

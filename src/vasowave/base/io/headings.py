@@ -117,8 +117,8 @@ def split_title(title: str) -> tuple[str, str | None] | None:
 def ending_unit(title: str, quantities: Sequence[str], mark: str = " ") -> tuple[str, str]:
     """Return a title without the unit of one of some quantities that its last words are, and that unit.
 
-    Words stand between marks, and those of a ratio, too: ``flow_ml_s``, ``flow_L_per_min``, ``radius in mm``. ``pa`` is no
-    pascal, but the pulmonary artery.
+    Words stand between marks, and those of a ratio, too: ``flow_ml_s``, ``flow_L_per_min``, ``radius in mm``.
+    ``pa`` is no pascal, but the pulmonary artery.
     """
     words = title.split(mark)
     if len(words) > 3 and words[-2].lower() == "per":

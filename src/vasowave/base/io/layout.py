@@ -4,7 +4,7 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, zip_longest
+from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -216,9 +216,9 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
     return (listed or titles), bool(listed or titles)
 
 
-def _under_groups(titles: list[str], above: Sequence[str]) -> list[str]:
+def _under_groups(titles: list[str], above: list[str]) -> list[str]:
     """Return titles that occur more than once with those above them, each of which heads all columns up to the next."""
-    groups = list(accumulate(above, lambda group, title: title or group))
+    groups = [next(filter(None, above[i::-1]), "") for i in range(len(above))]
     if len(groups) != len(titles) or len({*zip(groups, titles, strict=True)}) < len(titles):
         return titles
     clocks = ("x_value", *_TIMES)
@@ -360,8 +360,13 @@ def spread(texts: Sequence[str]) -> list[str]:
     cells = [row for row in cells if len(row) == len(names)]
     key, value, unit, clock = (next((i for i, name in enumerate(names) if name in words), -1)
                                for words in (_KEYS, _VALUES, _UNITS, _TIMES))  # fmt: skip
-    labels = [i for i, name in enumerate(names) if i not in (key, value, unit, clock) and
-              (name in _SUBJECTS or not any(is_value(row[i]) for row in cells)) and len({row[i] for row in cells}) > 1]
+    labels = [
+        i
+        for i, name in enumerate(names)
+        if i not in (key, value, unit, clock)
+        and (name in _SUBJECTS or not any(is_value(row[i]) for row in cells))
+        and len({row[i] for row in cells}) > 1
+    ]
     signals: dict[str, list[list[str]]] = {}
     for row in cells:
         title = " ".join(row[i] for i in (*labels, key)) + (f" [{row[unit]}]" if unit >= 0 else "")

@@ -76,7 +76,9 @@ def _unpacked(path: Path) -> int:
         return 0  # an .xls, or damaged, as the reader will say
     names = [member.filename for member in members if not member.filename.startswith("__MACOSX") and member.file_size]
     if not any(name in _OF_WORKBOOKS for name in names):
-        raise InputError(f"{path}: an archive that holds {', '.join(names[:4]) or 'nothing'}; unpack it, and give what it holds")
+        raise InputError(
+            f"{path}: an archive that holds {', '.join(names[:4]) or 'nothing'}; unpack it, and give what it holds"
+        )
     if size > _MAX_UNPACKED:
         raise InputError(f"{path}: unpacks to {size >> 20} MB, more than {_MAX_UNPACKED >> 20}; save the sheet as CSV")
     return size

@@ -36,8 +36,7 @@ def subject_asked_for(path: Path, subject: str = "", sheet: str = "") -> Iterato
             raise
         if beside := list(_beside(table)):
             raise InputError(
-                f"{path}: its columns are those of {', '.join(beside[:_FEWEST])}; name the subject whose pressure and flow "
-                "to read",
+                f"{path}: its columns are of {', '.join(beside[:_FEWEST])}; name the subject whose columns to read",
                 [SUBJECT],
             ) from error
         first, *_, last = _sample_titles(table)

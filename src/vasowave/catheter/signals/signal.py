@@ -47,7 +47,6 @@ RATE = SetCells("Give the sampling rate", (("sampling rate [1/s]", UNKNOWN),))
 """What to do where a file has no times."""
 
 
-
 def unit_cures(column: str, quantity: str) -> list[SetCells]:
     """Return what to do where no unit of a quantity is said: that it is the usual one, or another."""
     usual = units.CANONICAL[quantity]

@@ -24,7 +24,7 @@ _NODE_LINK = (b'"directed"', b'"source"')  # beside the nodes, of which thousand
 
 
 def is_graph(path: Path, start: bytes) -> bool:
-    """Return whether a file is GraphML, GEXF, GXL, GML or NetworkX's JSON or list of edges, by its first element or keys."""
+    """Return whether a file is GraphML, GEXF, GXL, GML or NetworkX's JSON or list of edges, by its beginning."""
     if _GXL in start:
         return _VASCUSYNTH not in start
     if _EDGE_LIST.match(start):

@@ -1,4 +1,4 @@
-"""Spatial graphs of Amira and Avizo (.am, ASCII, or as a spreadsheet): vessels as edges with points, and a radius at each point."""
+"""Spatial graphs of Amira and Avizo (.am, ASCII, or a spreadsheet): vessels as edges with points that have radii."""
 
 import re
 from pathlib import Path
@@ -91,7 +91,9 @@ def spreadsheet_columns(path: Path) -> Columns:
                   or name == _THICKNESS), None)  # fmt: skip
     nodes = [[row[listed.require(f"node id #{end}")] for end in (1, 2)] for row in listed.cells]
     try:
-        rows = [[place[number] for number in re.findall(r"\d+", row[listed.require("point ids")])] for row in listed.cells]
+        rows = [
+            [place[number] for number in re.findall(r"\d+", row[listed.require("point ids")])] for row in listed.cells
+        ]
     except KeyError as missing:
         raise InputError(f"{path}: no point {missing} in the sheet 'Points', which a segment names") from None
     if width is None or min(map(len, rows), default=0) < 2:
@@ -142,9 +144,7 @@ def _width(path: Path, graph: Arrays) -> tuple[tuple[str, str], np.ndarray]:
     return widths[0], graph[widths[0]].ravel()
 
 
-NETWORKS.register(
-    table_format("spatial graph table", "spreadsheet of Amira", (), is_spreadsheet, spreadsheet_columns)
-)
+NETWORKS.register(table_format("spatial graph table", "spreadsheet of Amira", (), is_spreadsheet, spreadsheet_columns))
 NETWORKS.register(
     table_format("spatial graph", "spatial graph of Amira", (".am",), is_spatial_graph, spatial_graph_columns)
 )

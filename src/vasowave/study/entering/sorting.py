@@ -221,7 +221,9 @@ def _refuse_volume(file: Path, described: FileDescription) -> None:
     held = {kind for channel in used_block(described, None).channels for kind in ("volume", "relative volume", "flow",
             "velocity") if units.is_of(channel.unit, kind) or channel.quantity == kind}  # fmt: skip
     if held and not held & {"flow", "velocity"}:
-        raise InputError(f"{file}: holds a ventricle's volume and no flow; write it into the column 'loops' of its animal")
+        raise InputError(
+            f"{file}: holds a ventricle's volume and no flow; write it into the column 'loops' of its animal"
+        )
 
 
 def _has_signals(workbook: Path) -> bool:

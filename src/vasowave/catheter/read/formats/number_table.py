@@ -25,7 +25,16 @@ from vasowave.catheter.read.subject_rows import subject_asked_for, subject_colum
 from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel, Comment, rates_differ
 from vasowave.catheter.signals.gaps import with_gaps
 from vasowave.catheter.signals.number_rows import DecimalMark, NumberRows
-from vasowave.catheter.signals.signal import ALIASES, NAME_THE_RATE, RATE, UNIT_REPLACED, Signal, sampling, unit_cures, written_to
+from vasowave.catheter.signals.signal import (
+    ALIASES,
+    NAME_THE_RATE,
+    RATE,
+    UNIT_REPLACED,
+    Signal,
+    sampling,
+    unit_cures,
+    written_to,
+)
 
 PHASE_REPEATED = look_kind(
     "recording.phase-repeated",
@@ -399,8 +408,9 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool, si
     assumed = "" if table.names or unit else units.CANONICAL[quantity]
     if not (stated or unit or assumed):
         title = table.titles[column].strip()
-        raise InputError(f"{table.source}: '{title}' has no unit; write it in the header, '{title.split(' to ')[0]} "
-                         f"[{units.CANONICAL[quantity]}]', or name it", unit_cures(column_of(quantity), quantity))  # fmt: skip
+        example = f"{title.split(' to ')[0]} [{units.CANONICAL[quantity]}]"
+        raise InputError(f"{table.source}: '{title}' has no unit; write it in the header, '{example}', or name it",
+                         unit_cures(column_of(quantity), quantity))  # fmt: skip
     places = tuple(f"{table.source}, line {line}" for line in table.lines)
     values = table.numbers(column, quantity, unit or assumed)
     if stated and unit and (ratio := units.factor(unit, quantity) / units.factor(stated, quantity)) != 1.0:
