@@ -189,6 +189,8 @@ def _rows_of(path: Path, sheet: str = "") -> tuple[tuple[str, ...], tuple[tuple[
         numbered = list(enumerate(over, 1))
     if not numbered:
         raise InputError(f"{path}: the file is empty")
+    if numbered[0][1].lstrip().startswith(("{", "[{")):
+        raise InputError(f"{path}: JSON of a form that is not read here; write it as a table, CSV")
     head = head_of(path, numbered, remarks)
     header, separator, plan = head.titles, head.separator, head.plan
     numbered = numbered[head.first :]

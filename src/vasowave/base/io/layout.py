@@ -8,6 +8,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
+from vasowave.base import units
 from vasowave.base.io.cells import is_numeric, is_row, is_value, separator_of, split_cells
 from vasowave.base.io.clocks import Clock, bare, decimals, is_clock, is_date
 from vasowave.base.io.headings import (
@@ -222,8 +223,13 @@ def _under_groups(titles: list[str], above: list[str]) -> list[str]:
     if len(groups) != len(titles) or len({*zip(groups, titles, strict=True)}) < len(titles):
         return titles
     clocks = ("x_value", *_TIMES)
-    return [f"{group} {title}".strip() if titles.count(title) > 1 and title.casefold() not in clocks else title
-            for group, title in zip(groups, titles, strict=True)]  # fmt: skip
+    named = list[str]()
+    for group, title in zip(groups, titles, strict=True):
+        is_repeated = titles.count(title) > 1 and title.casefold() not in clocks
+        named.append(
+            f"{group} {title}".strip() if is_repeated else f"{group} [{title}]" if units.is_unit(title) else title
+        )
+    return named
 
 
 def _with_index_named(texts: Sequence[str], data: int) -> list[str]:

@@ -75,12 +75,16 @@ def _columns_beside(table: Columns, subject: str) -> Columns:
         hint = did_you_mean(name, pairs) or f"; it has: {', '.join([*pairs][:_FEWEST])}"
         raise InputError(f"{table.source}: no columns of '{subject}'{hint}", [SUBJECT])
     places = {column: quantity for quantity, column in pairs[name].items()}
-    taken = [i for i, unit in enumerate(table.units) if i in places or not (
-        units.is_of(unit, "pressure") or units.is_of(unit, "flow"))]  # fmt: skip
+    nobodys = {
+        table.names[i]: i
+        for i, unit in enumerate(table.units)
+        if i < max(places) and i not in places and not (units.is_of(unit, "pressure") or units.is_of(unit, "flow"))
+    }  # of several times the last before the pair
+    taken = sorted([*nobodys.values(), *places])
     return replace(
         table, names=tuple(places.get(i, ALIASES.get(table.names[i], table.names[i])) for i in taken),
         units=tuple(table.units[i] for i in taken), titles=tuple(table.titles[i] for i in taken),
-        cells=tuple(tuple(row[i] for i in taken) for row in table.cells),
+        cells=tuple(tuple(row[i] for i in taken) for row in table.cells if any(row[i].strip() for i in places)),
     )  # fmt: skip
 
 

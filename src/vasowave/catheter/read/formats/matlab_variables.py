@@ -62,7 +62,10 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
         for name, values in vectors.items() if _plain(name) != "time" and (time is None or len(time) == len(values))
     )  # fmt: skip
     if not channels:
-        raise InputError(f"{path}: no vectors; it has: {', '.join(variables) or 'nothing'}")
+        raise InputError(
+            f"{path}: no vectors; save columns of a matrix as time, pressure and flow; it has: "
+            f"{', '.join(variables) or 'nothing'}"
+        )
     return Block(channels, suspicions=rates_differ(told_rate, rate) if time is not None else ())
 
 
