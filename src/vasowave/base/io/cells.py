@@ -47,8 +47,7 @@ def _is_shown(texts: Sequence[str], separator: str, thousand: str, decimal: str)
 
 def _plain(match: re.Match[str]) -> str:
     """Return a number without the marks between its thousands."""
-    whole, decimals = match[1], match[2] or ""
-    return re.sub(r"\D", "", whole) + decimals
+    return re.sub(r"\D", "", match[1]) + (match[2] or "")
 
 
 def is_number_row(text: str, separator: str) -> bool:

@@ -34,9 +34,9 @@ def subject_asked_for(path: Path, subject: str = "", sheet: str = "") -> Iterato
     except InputError as error:
         if (table := _small_table(path, sheet)) is None or subject:
             raise
-        if beside := list(_beside(table)):
+        if names := list(_pairs(table)):
             raise InputError(
-                f"{path}: its columns are of {', '.join(beside[:_FEWEST])}; name the subject whose columns to read",
+                f"{path}: its columns are of {', '.join(names[:_FEWEST])}; name the subject whose columns to read",
                 [SUBJECT],
             ) from error
         first, *_, last = _sample_titles(table)
@@ -57,20 +57,20 @@ def _small_table(path: Path, sheet: str) -> Columns | None:
         return None
 
 
-def _beside(table: Columns) -> Mapping[str, Mapping[str, int]]:
+def _pairs(table: Columns) -> Mapping[str, Mapping[str, int]]:
     """Return the columns of pressure and flow of each subject, where several have such a pair beside each other."""
     pairs: dict[str, dict[str, int]] = {}
     for column, (title, unit) in enumerate(zip(map(plain_title, table.titles), table.units, strict=True)):
         quantities = [quantity for quantity in ("pressure", "flow") if units.is_of(unit, quantity)]
         if quantities and (whose := owner(title)):
             pairs.setdefault(whose, {})[quantities[0]] = column
-    whole = {whose: pair for whose, pair in pairs.items() if len(pair) == 2}
-    return whole if len(whole) > 1 else {}
+    complete = {whose: pair for whose, pair in pairs.items() if len(pair) == 2}
+    return complete if len(complete) > 1 else {}
 
 
-def _columns_beside(table: Columns, subject: str) -> Columns:
+def _columns_of_pair(table: Columns, subject: str) -> Columns:
     """Return the columns of one of the subjects beside each other, and those that are nobody's."""
-    pairs = _beside(table)
+    pairs = _pairs(table)
     if (name := subject.strip().casefold()) not in pairs:
         hint = did_you_mean(name, pairs) or f"; it has: {', '.join([*pairs][:_FEWEST])}"
         raise InputError(f"{table.source}: no columns of '{subject}'{hint}", [SUBJECT])
@@ -94,7 +94,7 @@ def subjects_of(path: Path, sheet: str = "") -> list[str]:
     samples = {column for columns in sample_columns(table).values() for column in columns}
     labels = [[row[i].strip() for row in table.cells] for i in range(len(table.names)) if i not in samples]
     unlike = (names for names in labels if all(names) and len(set(names)) == len(names))
-    return list(_beside(table)) or next(unlike, [])
+    return list(_pairs(table)) or next(unlike, [])
 
 
 def _sample_titles(table: Columns) -> list[str]:
@@ -117,8 +117,8 @@ def subject_columns(path: Path, subject: str, sheet: str = "") -> Columns:
     InputError
         No numbered columns; no such subject, or several; samples that are missing.
     """
-    if _beside(beside := read_columns(path, sheet=sheet)):
-        return _columns_beside(beside, subject)
+    if _pairs(table := read_columns(path, sheet=sheet)):
+        return _columns_of_pair(table, subject)
     table, row = _row_of(path, subject, sheet)
     signals = sample_columns(table)
     lengths = {len(columns) for columns in signals.values()}
@@ -143,7 +143,7 @@ def period_of_subject(path: Path, subject: str, sheet: str = "") -> float | None
     InputError
         No such subject; a heart rate in a unit that is none of rates.
     """
-    if _beside(read_columns(path, sheet=sheet)):
+    if _pairs(read_columns(path, sheet=sheet)):
         return None
     table, row = _row_of(path, subject, sheet)
     for column, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
@@ -177,8 +177,8 @@ def _value(table: Columns, row: int, column: int) -> float:
 
 def subject_as_written(path: Path, subject: str, sheet: str = "") -> str:
     """Return the name of a subject as its table spells it."""
-    if _beside(beside := read_columns(path, sheet=sheet)):
-        _columns_beside(beside, subject)
+    if _pairs(table := read_columns(path, sheet=sheet)):
+        _columns_of_pair(table, subject)
         return subject.strip()
     table, row = _row_of(path, subject, sheet)
     cells = (cell.strip() for cell in table.cells[row])

@@ -80,7 +80,7 @@ def _of_pieces(lines: Sequence[Line]) -> Skeleton | None:
     radius = np.zeros(len(points))
     np.maximum.at(radius, place.ravel(), np.concatenate([line.radius for line in lines]))
     numbers = np.split(place.ravel(), np.cumsum([len(line) for line in lines])[:-1])
-    tree = rooted(Line(points, radius), np.concatenate([np.column_stack([of[:-1], of[1:]]) for of in numbers]))
+    tree = rooted(Line(points, radius), np.concatenate([np.column_stack([piece[:-1], piece[1:]]) for piece in numbers]))
     if len(tree.line) < len(points):
         return None
     warn(PIECES(lines=len(lines), place=written(tree.line.points[0])), stacklevel=5)
