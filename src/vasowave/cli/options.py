@@ -29,7 +29,7 @@ _OF_RECORDINGS = ("species", "site", "catheter")
 """Settings that a recording is read by, beside those of its averaging."""
 
 _SHOWN = (
-    *("channel", "unit", "sheet", "subject_row", "period", "start", "end", "wedge"),
+    *("channel", "unit", "sheet", "period", "start", "end", "wedge"),
     *("species", "site", "walls", "beds", "starts", "inference", "practice", "pdf"),
 )
 """Options that the help of a command with all settings shows; the others work, too; docs/study-file.md lists them."""
@@ -170,7 +170,7 @@ def _options_of(name: str) -> dict[str, Any]:
 
         return {key: _option(key, setting) for key, setting in settings_of(Options).items()}
     if name == "add":
-        return _row_options(False, CELLS_OF_ADD)
+        return _row_options((), CELLS_OF_ADD)
     if name == "loops":
         from vasowave.catheter.read.loops import LoopReading
 
@@ -178,7 +178,8 @@ def _options_of(name: str) -> dict[str, Any]:
         plain = {key: setting for key, setting in settings_of(LoopReading).items() if key not in _NAMED_BY_CHANNEL}
         return {key: _option(key, setting, "recording") for key, setting in (typed | plain).items()}
     keys = [(section, key, setting) for section, key, setting in _keys() if _belongs(name, section, key)]
-    options = _row_options(True, CELLS_OF_INDICES if name == "indices" else CELLS) | {
+    shown, titles = ((*_SHOWN, "subject_row"), CELLS_OF_INDICES) if name == "indices" else (_SHOWN, CELLS)
+    options = _row_options(shown, titles) | {
         key: _option(key, setting, section or "more", key not in _SHOWN) for section, key, setting in keys
     }
     return options | {_SET: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=_SET_HELP)]}
@@ -191,13 +192,13 @@ def _belongs(name: str, section: str, key: str) -> bool:
     return name != "posterior" or key not in _OF_FITS
 
 
-def _row_options(shortened: bool, titles: Sequence[str] = CELLS) -> dict[str, Any]:
+def _row_options(shown: Sequence[str], titles: Sequence[str]) -> dict[str, Any]:
     from vasowave.study.folder.rows import COLUMNS
 
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
     plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in titles}
     settings = (several | plain).items()
-    return {name: _option(name, setting, "recording", shortened and name not in _SHOWN) for name, setting in settings}
+    return {name: _option(name, setting, "recording", bool(shown) and name not in shown) for name, setting in settings}
 
 
 def _keys() -> list[tuple[str, str, Setting]]:
