@@ -78,7 +78,7 @@ def test_a_title_and_a_range_that_contradict_each_other_are_both_named(tmp_path)
 
 def test_variables_without_known_times_are_refused_until_their_rate_is_given(tmp_path):
     p, q = signals()
-    named = {"t_s": TIME, "druck": p, "Qpa": q, "ekg": p}
+    named = {"moments": TIME, "druck": p, "Qpa": q, "ekg": p}
     savemat(tmp_path / "m.mat", named)
     options = {"pressure": "druck", "flow": "Qpa", "pressure_unit": "mmHg", "flow_unit": "ml/s"}
     with pytest.raises(InputError, match=r"m\.mat: no times; say how many samples a second has\nsampling_rate="):

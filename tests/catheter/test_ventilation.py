@@ -8,6 +8,7 @@ import pytest
 
 from vasowave.base import Severity
 from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.pulse import virtual_mouse
 from vasowave.pulse.cycle import Recording
 
 PHASE = np.arange(256) / 256
@@ -76,3 +77,17 @@ def test_beats_that_scatter_without_a_breath_are_not_rejected_for_ventilation(se
         rejected += sum(beat.rejected is not None and beat.rejected.code == "beat.ventilation" for beat in beats)
         count += len(beats)
     assert rejected < 0.05 * count
+
+
+@pytest.mark.parametrize(("beats_per_min", "rate"), [(560.0, 500.0), (440.0, 400.0)])
+def test_steady_beats_that_fall_in_and_out_of_step_with_the_samples_have_no_breath(beats_per_min, rate):
+    rejected = []
+    for seed in range(3):
+        made = synthetic_raw_recording(
+            virtual_mouse(), np.random.default_rng(seed), duration=6.0, sampling_rate=rate,
+            disturbances=replace(NONE, length_variation=0.003), heart_rate=beats_per_min,
+        ).raw  # fmt: skip
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            rejected += [beat.rejected for beat in average_beats(made).beats]
+    assert sum(reason is not None for reason in rejected) < 0.1 * len(rejected)

@@ -26,7 +26,10 @@ def test_a_cycle_is_told_in_numbers_with_units_and_beats_as_a_table(tmp_path):
         (line,) = (line for line in text.splitlines() if line.split()[:1] == [name])
         assert line.split()[2] == unit
         assert float(line.split()[1]) == pytest.approx(values[name], rel=1e-3)
-    assert "holds one averaged cycle" in said(tmp_path / "cycle.csv", "-o", tmp_path / "beats.csv")
+    words = ["indices", str(tmp_path / "cycle.csv"), "-o", str(tmp_path / "beats.csv")]
+    result = CliRunner().invoke(app, words)
+    assert "holds one averaged cycle" in result.output
+    assert result.exit_code == 3
 
 
 def test_beats_of_a_continuous_recording_are_a_row_each(tmp_path):
@@ -51,3 +54,17 @@ def test_beats_of_a_continuous_recording_are_a_row_each(tmp_path):
 def test_a_table_that_cannot_be_written_is_refused_before_anything_is_read(tmp_path):
     with pytest.raises(vw.errors.InputError, match=r"beats\.xyz"):
         said(tmp_path / "nothing.csv", "-o", tmp_path / "beats.xyz")
+
+
+def test_an_option_of_one_value_that_is_typed_twice_is_refused_and_those_of_many_are_not(tmp_path):
+    table = vw.virtual_mouse().to_dataframe().rename(columns=lambda name: name.partition(" [")[0])
+    table.to_csv(tmp_path / "cycle.csv")
+    file = tmp_path / "cycle.csv"
+    assert "--wedge is given 2 times" in said(file, "--wedge", 3, "--wedge", 4)
+    assert "--output is given 2 times" in said(file, "-o", "a.csv", "--output", "b.csv")
+    assert "given 2 times" not in said(file, "--unit", "pressure=mmHg", "--unit", "flow=ml/s")
+
+
+def test_the_help_names_the_row_of_a_subject_and_nothing_of_a_ventricle():
+    assert "--subject-row" in said("--help")
+    assert "No such option" in said("a.csv", "--loops", "b.csv")

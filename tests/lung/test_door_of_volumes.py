@@ -157,6 +157,19 @@ def test_a_folder_that_is_not_one_whole_image_is_refused_by_the_names_in_it(tmp_
         read_volume(tmp_path, wrapped.SIZE)
 
 
+def test_the_only_folder_with_an_image_below_is_read_and_of_several_one_is_asked_for(tmp_path):
+    inner = tmp_path / "DICOM" / "PA000001" / "SE000001"
+    inner.mkdir(parents=True)
+    wrapped.put(tmp_path, "README.TXT", "of a PACS")
+    wrapped.dicom_slices(inner)
+    for slice_file in inner.iterdir():
+        slice_file.rename(inner / slice_file.stem)  # scanners write no ending
+    assert_landmarks(opened(tmp_path)[0], wrapped.SIZE)
+    shutil.copytree(inner, tmp_path / "DICOM" / "PA000001" / "SE000002")
+    with pytest.raises(InputError, match=r"several folders with images: .*SE000001, .*SE000002; give one"):
+        read_volume(tmp_path)
+
+
 def test_a_store_of_several_images_asks_for_one_of_them(tmp_path):
     store = wrapped.ome_zarr(tmp_path)
     shutil.copytree(store, tmp_path / "lab" / "0")

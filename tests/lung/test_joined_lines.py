@@ -62,6 +62,19 @@ def test_lines_that_share_no_end_or_do_not_meet_are_refused():
         merging.merged([STEM, Line(STEM.points + np.array([0, 0.09, 0]), STEM.radius)])
 
 
+def test_lines_from_one_junction_to_the_next_are_a_tree_from_its_widest_end():
+    left, right = straight((2, 0, 0), (3, 1, 0), 0.06, 11), straight((3, -1, 0), (2, 0, 0), 0.05, 11)
+    last = straight((3, 1, 0), (4, 1, 0), 0.04, 11)
+    with pytest.warns(VasowaveWarning, match="the 4 lines run from one junction to the next"):
+        tree = merging.merged([right, last, STEM, left])
+    assert len(tree.line) == 21 + 30
+    assert tree.line.points[0] == pytest.approx([0, 0, 0])
+    steps = np.linalg.norm(tree.line.points[1:] - tree.line.points[tree.above[1:]], axis=1)
+    assert steps.sum() == pytest.approx(2 + 2 * np.sqrt(2) + 1)
+    with pytest.raises(InputError, match="share neither"):
+        merging.merged([right, last, STEM, straight((7, 7, 7), (8, 8, 8), 0.1, 5)])
+
+
 def test_a_line_that_runs_beside_the_tree_closes_a_loop():
     """Up to 1.5 radii beside the tree it is the same vessel."""
 

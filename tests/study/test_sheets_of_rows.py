@@ -16,3 +16,27 @@ def test_rows_get_the_channels_that_their_files_have_the_site_and_the_sheet(tmp_
     assert rows["b"].get("pressure channel", "") != "Ch 3"
     assert {row["site"] for row in rows.values()} == {"aorta"}
     assert [name for name, row in rows.items() if row.get("sheet") == "B"] == ["c"]
+
+
+def test_every_subject_of_a_table_becomes_a_row_and_one_that_is_named_alone(tmp_path):
+    numbers = range(40)
+    head = ",".join(["id", *(f"p_{i} [mmHg]" for i in numbers), *(f"q_{i} [ml/s]" for i in numbers)])
+    rows = [",".join([name, *(str(15 + i % 7) for i in [*numbers, *numbers])]) for name in ("m1", "m2", "m3")]
+    (tmp_path / "all.csv").write_text("\n".join([head, *rows, ""]))
+    new_study(tmp_path / "study")
+    added = add_files(tmp_path / "study", [tmp_path / "all.csv"], cells={"period [s]": "0.11"})
+    assert [(row["animal"], row["subject row"]) for row in added.rows] == [("m1", "m1"), ("m2", "m2"), ("m3", "m3")]
+    new_study(tmp_path / "other")
+    added = add_files(tmp_path / "other", [tmp_path / "all.csv"], cells={"subject row": "m2"})
+    assert [row["animal"] for row in added.rows] == ["m2"]
+
+
+def test_loops_of_a_ventricle_are_named_and_become_no_row(tmp_path):
+    rows = "".join(f"{i * 0.001:.3f},{20 + i % 100},{30 - i % 20}\n" for i in range(4000))
+    (tmp_path / "rv.csv").write_text("time [s],RV pressure [mmHg],RV volume [ul]\n" + rows)
+    saved(tmp_path / "c.xlsx", A=signals(15))
+    new_study(tmp_path / "study")
+    added = add_files(tmp_path / "study", [tmp_path / "rv.csv", tmp_path / "c.xlsx"])
+    assert [row["animal"] for row in added.rows] == ["c"]
+    assert "rv.csv: holds a ventricle's volume" in added.refused[0]
+    assert "column 'loops'" in added.refused[0]

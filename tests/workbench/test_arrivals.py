@@ -129,3 +129,18 @@ def test_undo_takes_the_row_away_and_the_file_is_offered_again(watched):
     assert (animals(desk), shown(desk)["unlisted"]) == (["CTL_1"], ["recordings/HPH_3.txt"])
     act(workplace, {"do": "add-files", "files": shown(desk)["unlisted"]})
     assert (animals(desk), shown(desk)["unlisted"]) == (["CTL_1", "HPH_3"], [])
+
+
+def test_a_half_that_waits_is_read_again_for_the_other_half_of_its_name_alone(watched, monkeypatch):
+    desk, clock, arrivals = watched
+    folder, tried = desk.folder / "recordings", []
+    monkeypatch.setattr(
+        "vasowave.workbench.arrivals.add_files", lambda study, files: tried.append([file.name for file in files])
+    )
+    table = "time [s],{} [{}]\n" + "".join(f"{i * 0.001},{i % 100}\n" for i in range(110))
+    for number, (name, unit) in enumerate((("a_pressure", "mmHg"), ("b_flow", "ml/s"), ("a_flow", "ml/s"))):
+        (folder / f"{name}.csv").write_text(table.format(name[2:], unit))
+        arrivals.ready()
+        clock.now = 10.0 * (number + 1)
+        arrivals.add()
+    assert tried == [["a_pressure.csv"], ["b_flow.csv"], ["a_flow.csv", "a_pressure.csv"]]

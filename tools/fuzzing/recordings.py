@@ -55,6 +55,14 @@ def two_clocks(path: Path) -> None:
     path.write_text(f"Time (s),PAP..mmHg.,,Time (s),Flow_mls\n{rows_of}")
 
 
+def long_table(path: Path) -> None:
+    """Write a row a sample of one signal, with marks between thousands."""
+    units = (("pressure", "Pa", 133.322), ("flow", "ul/min", 6e4))
+    cells = (f"{t:.3f};{name};{scale * value:,.2f};{unit}\n" for name, unit, scale in units
+             for t, value in zip(TIME, SIGNALS[name], strict=True))  # fmt: skip
+    path.write_text("time_s;signal;value;unit\n" + "".join(cells))
+
+
 def spike2_text(path: Path) -> None:
     head = '"INFORMATION"\n"mouse.smr"\n\n"SUMMARY"\n'
     units = {"pressure": "mmHg", "flow": "ml/s", "ecg": "mV"}
@@ -253,6 +261,7 @@ FORMS = {
     "table, decimal commas": _form("raw.csv", table(";", ","), mutate_text, read_raw_recording, True),
     "table, clocks": _form("raw.txt", clock_table, mutate_text, read_raw_recording, True),
     "table, two clocks": _form("raw.csv", two_clocks, mutate_text, read_raw_recording, True),
+    "table, long": _form("raw.csv", long_table, mutate_text, read_raw_recording, True),
     "spike2 text": _form("raw.txt", spike2_text, mutate_text, read_raw_recording, True),
     "labchart text": _form("raw.txt", labchart_text, mutate_text, read_raw_recording, True),
     "labchart mat": _form("raw.mat", labchart_mat, mutate_mat, read_raw_recording),

@@ -168,13 +168,13 @@ def edge_list(path: Path) -> None:
 
 
 def graphml(path: Path) -> None:
-    """Write the same edges, towards their ends, as GraphML."""
+    """Write the same edges, towards their ends, as GraphML or GEXF."""
     import networkx
 
     graph = networkx.DiGraph()
     for first, last, length, radius in [(1, 2, 4.1, 0.47), (2, 3, 4.4, 0.3), (2, 4, 3.7, 0.35)]:
         graph.add_edge(first, last, length_mm=length, radius_mm=radius)
-    networkx.write_graphml(graph, path)
+    {".gexf": networkx.write_gexf}.get(path.suffix, networkx.write_graphml)(graph, path)
 
 
 def gml(path: Path) -> None:
@@ -367,6 +367,7 @@ FORMS = {
     "FirstBlood network": _network(first_blood_table, "n.csv"),
     "edge list": _network(edge_list),
     "GraphML": _network(graphml, "n.graphml"),
+    "GEXF": _network(graphml, "n.gexf"),
     "GML": _network(gml, "n.gml"),
     "GXL": _network(gxl, "n.gxl"),
     "list of edges": _network(listed_edges, "n.edgelist"),

@@ -112,6 +112,7 @@ def _plain(unit: str) -> str:
         ("dynes", "dyn"),
         ("volts", "v"),
         ("volt", "v"),
+        ("/mn", "/min"),
     ):
         text = text.replace(written, plain)
     for written, plain in (("cc", "cm3"), ("microl", "ul"), ("microns", "um"), ("micron", "um")):

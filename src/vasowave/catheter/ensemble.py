@@ -215,7 +215,9 @@ def levelled(prepared: Prepared, reasons: list[Rejection]) -> tuple[Baseline, Ex
     if options.reject_ventilation:
         pressure, flow = prepared.means
         level = pressure - baseline.mean_within(cut.starts, cut.ends, cut.pressure.shape[1])
-        expiration = mark_inspiration(reasons, cut.starts, cut.ends, (level, flow), prepared.shapes)
+        expiration = mark_inspiration(
+            reasons, cut.starts, cut.ends, (level, flow), prepared.shapes, 1.0 / prepared.raw.sampling_rate
+        )
     return replace(baseline, removed=options.drift == "remove" and baseline.sure and not baseline.own), expiration
 
 

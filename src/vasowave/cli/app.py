@@ -4,6 +4,7 @@ import platform
 import sys
 import time
 import traceback
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
@@ -34,6 +35,8 @@ class Commands(TyperGroup):
             from vasowave.cli.options import with_settings
 
             command = with_settings(name, command)
+        if command is not None:
+            _refuse_repeated(ctx, command, arguments)
         return name, command, arguments
 
     def invoke(self, ctx: Any) -> Any:
@@ -44,6 +47,15 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         with verbose_report():
             return super().invoke(ctx)
+
+
+def _refuse_repeated(ctx: Any, command: Any, arguments: list[str]) -> None:
+    """Refuse an option of one value that was typed twice, of which Click would take the last without a word."""
+    context = command.make_context(command.name, [*arguments], parent=ctx, resilient_parsing=True)
+    _, _, order = command.make_parser(context).parse_args([*arguments])
+    for option, count in Counter(parameter for parameter in order if parameter.param_type_name == "option").items():
+        if count > 1 and not (option.multiple or option.is_flag or option.count):
+            context.fail(f"{option.opts[0]} is given {count} times and takes one value; give it once")
 
 
 app = typer.Typer(

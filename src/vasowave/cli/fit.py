@@ -66,7 +66,8 @@ def indices(
     if output is not None and average is not None:
         typer.echo(f"Beats: {animals.write_beats(cycle, average, output)}")
     elif output is not None:
-        typer.echo(f"no beats are written: {recording[0]} holds one averaged cycle", err=True)
+        typer.echo(f"no beats are written: {recording[0]} holds one averaged cycle; leave '--output' out", err=True)
+        raise typer.Exit(FAILED)
 
 
 @app.command(

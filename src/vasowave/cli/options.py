@@ -60,6 +60,9 @@ CELLS = (
 CELLS_OF_ADD = (*CELLS, "site")
 """Those of `add`; elsewhere the artery is that of the study."""
 
+CELLS_OF_INDICES = tuple(title for title in CELLS if title not in ("sites", "ventricle", "loops", "volume delay [s]"))
+"""Those of `indices`, which says nothing of other places and of a ventricle."""
+
 CELLS_OF = {"channel": ("pressure", "flow", "ecg", "volume"), "unit": ("pressure", "flow", "volume")}
 _MEANINGS = {
     "channel": "Title of the channel of pressure, flow, ecg or (of loops) volume, where titles and units leave more "
@@ -164,13 +167,14 @@ def _options_of(name: str) -> dict[str, Any]:
 
         return {key: _option(key, setting) for key, setting in settings_of(Options).items()}
     if name == "add":
-        return _row_options(False, CELLS_OF_ADD)
+        return _row_options((), CELLS_OF_ADD)
     if name == "loops":
         typed = {name: Setting(dict, {}, meaning) for name, meaning in _OF_LOOPS.items()}
         plain = {key: setting for key, setting in settings_of(vw.LoopReading).items() if key not in _NAMED_BY_CHANNEL}
         return {key: _option(key, setting, "recording") for key, setting in (typed | plain).items()}
     keys = [(section, key, setting) for section, key, setting in _keys() if _belongs(name, section, key)]
-    options = _row_options(True) | {
+    shown, titles = ((*_SHOWN, "subject_row"), CELLS_OF_INDICES) if name == "indices" else (_SHOWN, CELLS)
+    options = _row_options(shown, titles) | {
         key: _option(key, setting, section or "more", key not in _SHOWN) for section, key, setting in keys
     }
     return options | {_SET: Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help=_SET_HELP)]}
@@ -183,11 +187,11 @@ def _belongs(name: str, section: str, key: str) -> bool:
     return name != "posterior" or key not in _OF_FITS
 
 
-def _row_options(shortened: bool, titles: Sequence[str] = CELLS) -> dict[str, Any]:
+def _row_options(shown: Sequence[str], titles: Sequence[str]) -> dict[str, Any]:
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
     plain = {field_of(title): Setting(str, None, f"{folders.COLUMNS[title]} ({title})") for title in titles}
     settings = (several | plain).items()
-    return {name: _option(name, setting, "recording", shortened and name not in _SHOWN) for name, setting in settings}
+    return {name: _option(name, setting, "recording", bool(shown) and name not in shown) for name, setting in settings}
 
 
 def _keys() -> list[tuple[str, str, Setting]]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from vasowave.base.errors import VasowaveError
 from vasowave.catheter.read.formats import RECORDINGS
 from vasowave.study.entering.adding import Added, add_files
-from vasowave.study.entering.sorting import names_signal
+from vasowave.study.entering.sorting import names_signal, pair_name
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import FOLDERS
 from vasowave.study.folder.rows import FILES
@@ -72,7 +72,7 @@ class Arrivals:
     def add(self) -> Added | None:
         """Write rows of the files that arrived; None where there are none.
 
-        Pressure and flow may be two files: what became no row, and by its name is one of them, is tried with the next.
+        Pressure and flow may be two files: what became no row, and by its name is one of them, is tried with the other.
 
         Raises
         ------
@@ -83,7 +83,9 @@ class Arrivals:
         with self.turn:
             if not (ready := self.ready()):
                 return None
-            halves = [file for file in self.refused if names_signal(file) and file.is_file()]
+            names = {*map(pair_name, ready)}
+            halves = [file for file in self.refused
+                      if names_signal(file) and pair_name(file) in names and file.is_file()]  # fmt: skip
             self.refused |= {file: self.growing.pop(file)[0] for file in ready}
         with desk.changing("add " + ", ".join(file.name for file in ready), desk.table, desk.file) as change:
             added = add_files(desk.folder, sorted({*halves, *ready}))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vasowave as vw
+from made_workbook import saved
 from vasowave.base import InputError, VasowaveWarning
 
 TREE = {"MPA": (None, 0.41, 0.047), "LPA": ("MPA", 0.44, 0.030), "RPA": ("MPA", 0.37, 0.035),
@@ -51,6 +52,10 @@ def read(path, unit=None):
 TABLES = {
     "parents-and-diameters": ("Segment,Parent segment,Length (mm),Diameter (mm)",
                               lambda n, p, length, r, a, b: f"{n},{p},{10 * length},{20 * r}"),
+    "neo4j": (":START_ID,:END_ID,length_um:float,radius_um:float,:TYPE",
+              lambda n, p, length, r, a, b: f"{a},{b},{1e4 * length},{1e4 * r},VESSEL"),
+    "signs": ("Ast-Nr;Mutterast;Länge [mm];Ø [µm]",
+              lambda n, p, length, r, a, b: f"{n};{p};{10 * length};{2e4 * r}"),
     "decimal-commas": ("ID;Mother;Length [µm];Radius [µm]",
                        lambda n, p, length, r, a, b: f"{n};{p};{1e4 * length:.1f};{1e4 * r:.1f}".replace(".", ",")),
     "units-at-the-end-of-titles": ("vessel_id,parent_id,length_um,diameter_um",
@@ -274,6 +279,12 @@ EDGES_BY_OTHERS = {
     "edges of networkx": ("# made by hand\n{rows}", "{a} {b} {{'length_mm': {l}, 'radius_mm': {r}}}\n"),
     "gml with its unit": ('graph [ directed 1 unit "mm" ' + "".join(f"node [ id {i} ] " for i in range(1, 7)) +
                           "{rows} ]", "edge [ source {a} target {b} length {l} radius {r} ] "),
+    "gexf": ('<gexf xmlns="http://www.gexf.net/1.2draft" version="1.2"><graph defaultedgetype="directed"><attributes '
+             'class="edge"><attribute id="0" title="length_mm" type="double"/><attribute id="1" title="radius_mm" '
+             'type="double"/></attributes><nodes>' + "".join(f'<node id="{i}"/>' for i in range(1, 7)) +
+             "</nodes><edges>{rows}</edges></graph></gexf>",
+             '<edge id="{a}-{b}" source="{a}" target="{b}"><attvalues><attvalue for="0" value="{l}"/><attvalue for="1" '
+             'value="{r}"/></attvalues></edge>'),
 }  # fmt: skip
 
 
@@ -297,6 +308,10 @@ LANGUAGES = {
         GXL_EDGE.format(a=a, b=b, l=4, r=r) for a, b, r in rows) + "</graph></gxl>",
     "edges of networkx": lambda rows, kind: "".join(
         f"{a} {b} {{'length_mm': 4, 'radius_mm': {r}}}\n" for a, b, r in rows),
+    "gml": lambda rows, kind: f"graph [ directed {kind == 'directed':d} " + "".join(
+        f"node [ id {i} label \"{node}\" ] " for i, node in enumerate("abcd")) + "".join(
+        f"edge [ source {'abcd'.index(a)} target {'abcd'.index(b)} length_mm 4 radius_mm {r} ] " for a, b, r in rows)
+        + "]",
     "node links": lambda rows, kind: json.dumps({
         "directed": kind == "directed", "multigraph": False, "nodes": [{"id": node} for node in "abcd"],
         "links": [{"source": a, "target": b, "length_mm": 4, "radius_mm": r} for a, b, r in rows]}),
@@ -307,7 +322,7 @@ LANGUAGES = {
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_vessels_between_the_same_nodes_are_no_single_vessel_in_any_language_of_graphs(tmp_path, language, kind):
     (tmp_path / "tree").write_text(LANGUAGES[language](PARALLEL, kind))
-    with pytest.raises(InputError, match="edge 4: the edge from 'b' to 'd' closes a loop"):
+    with pytest.raises(InputError, match=r"edge 4: the edge from '[b1]' to '[d3]' closes a loop"):
         vw.read_network(tmp_path / "tree")
     (tmp_path / "tree").write_text(LANGUAGES[language](PARALLEL[:3], kind))
     assert len(read(tmp_path / "tree")[0].name) == 3
@@ -355,6 +370,24 @@ def test_spatial_graphs_of_amira_are_measured_along_their_points(tmp_path, attri
     with pytest.raises(InputError, match="this spatial graph of Amira does not say the unit"):
         vw.read_network(bare)
     assert shape(read(bare, "mm")[0]) == expected()
+
+
+def spreadsheet(path, first="Node ID #1"):
+    """Write every vessel as the three points of its edge, in um, on the sheets that Amira shows."""
+    points, segments = (
+        [["Point ID", "thickness", "X Coord", "Y Coord", "Z Coord"]],
+        [["Segment ID", first, "Node ID #2", "Point IDs"]],
+    )
+    for number, (name, (_, length, radius)) in enumerate(TREE.items()):
+        points += [[3 * number + i, 1e4 * radius, 5e3 * length * i, 0.0, 0.0] for i in range(3)]
+        segments.append([number, *NODES[name], ",".join(str(3 * number + i) for i in range(3))])
+    return saved(path, Nodes=[["Node ID"], *([i] for i in range(1, 7))], Points=points, Segments=segments)
+
+
+def test_the_spreadsheet_of_a_spatial_graph_is_that_graph(tmp_path):
+    assert shape(read(spreadsheet(tmp_path / "g.xlsx"), "um")[0]) == expected()
+    with pytest.raises(InputError, match="no column 'node id #1'"):
+        vw.read_network(spreadsheet(tmp_path / "b.xlsx", "Node"), "um")
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 from vasowave.base.errors import InputError
@@ -10,6 +11,48 @@ from vasowave.base.io.clocks import is_clock, is_date
 GAPS = frozenset({"", "NA", "N/A", "NAN", "-", "--", "#NV", "#N/A", "#NULL!", "#WERT!", "#VALUE!", "#DIV/0!"})
 """Cells without a number, as R and spreadsheets write them too."""
 COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
+
+
+_THOUSANDS = (("[,]", "[.]"), ("[.]", "[,]"), ("['\u2019 \u00a0\u202f]", "[.,]"))
+"""Marks between thousands, and those before the decimals of such numbers."""
+
+
+def _grouped(thousand: str, decimal: str, always: bool = False) -> re.Pattern[str]:
+    """Return what finds numbers whose thousands have marks, in cells between tabs, semicolons or quotation marks."""
+    decimals = rf"({decimal}\d+){'' if always else '?'}"
+    return re.compile(rf"(?<![^\t;\"+-])(\d{{1,3}}(?:{thousand}\d{{3}})+){decimals}(?![^\t;\"\r\n])")
+
+
+def without_thousands(texts: Sequence[str]) -> list[str]:
+    """Return rows without the marks that programs write between thousands: ``1,234.5``, ``1.234,5``, ``1 234,5``.
+
+    They are taken for such where rows of numbers have another mark before the decimals behind them, and none the other
+    way round. Of cells that commas separate only those between quotation marks can have them.
+    """
+    separator = separator_of(texts[len(texts) // 2]) if texts else None
+    shown = [_grouped(*marks) for marks in _THOUSANDS if separator and _is_shown(texts, separator, *marks)]
+    if len(shown) != 1:
+        return list(texts)
+    return [shown[0].sub(_plain, text) if separator != "," or '"' in text else text for text in texts]
+
+
+def _is_shown(texts: Sequence[str], separator: str, thousand: str, decimal: str) -> bool:
+    """Whether a row of numbers holds one with a mark between its thousands and another before its decimals."""
+    if not all(any(mark in text for text in texts for mark in marks.strip("[]")) for marks in (thousand, decimal)):
+        return False
+    grouped = _grouped(thousand, decimal, always=True)
+    rows = (text for text in texts if (separator != "," or '"' in text) and grouped.search(text))
+    return any(is_number_row(grouped.sub("0", row), separator) for row in rows)
+
+
+def _plain(match: re.Match[str]) -> str:
+    """Return a number without the marks between its thousands."""
+    return re.sub(r"\D", "", match[1]) + (match[2] or "")
+
+
+def is_number_row(text: str, separator: str) -> bool:
+    """Whether all cells of a row are numbers, gaps, times of day or dates."""
+    return all(is_value(cell.strip(' "\r')) for cell in text.split(separator))
 
 
 def is_value(cell: str) -> bool:

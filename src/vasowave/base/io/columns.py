@@ -12,9 +12,9 @@ import numpy as np
 from vasowave.base import units
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import Finding, look_kind, warn
-from vasowave.base.io.cells import COMMA, is_number, is_numeric, is_row, number, split_cells
+from vasowave.base.io.cells import COMMA, is_number, is_numeric, is_row, number, split_cells, without_thousands
 from vasowave.base.io.headings import split_title
-from vasowave.base.io.layout import HEAD, head_of, remarks_above, turned
+from vasowave.base.io.layout import HEAD, head_of, is_long, remarks_above, spread, turned
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.spreadsheet import is_workbook
 from vasowave.base.io.textfile import read_lines
@@ -179,13 +179,18 @@ def _rows_of(path: Path, sheet: str = "") -> tuple[tuple[str, ...], tuple[tuple[
     """Return titles, rows, their lines, and whether the file ends without a line end."""
     numbered, cut, remarks = [], False, list[str]()
     for block in read_lines(path, sheet=sheet):
-        numbered += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
+        rows_of_block = enumerate(without_thousands(block.texts), block.first)
+        numbered += [(line, text) for line, text in rows_of_block if is_row(text)]
         remarks = remarks or remarks_above(block.texts)
         cut = block.cut
+    if is_long(texts := [text for _, text in numbered]):
+        numbered = list(enumerate(spread(texts), 1))
     if over := turned([text for _, text in numbered[:HEAD]]):
         numbered = list(enumerate(over, 1))
     if not numbered:
         raise InputError(f"{path}: the file is empty")
+    if numbered[0][1].lstrip().startswith(("{", "[{")):
+        raise InputError(f"{path}: JSON of a form that is not read here; write it as a table, CSV")
     head = head_of(path, numbered, remarks)
     header, separator, plan = head.titles, head.separator, head.plan
     numbered = numbered[head.first :]

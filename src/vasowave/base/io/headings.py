@@ -15,6 +15,7 @@ _SIGNALS = ("pressure", "flow", "voltage", "velocity", "volume", "relative volum
 _TITLE_KEYS, _UNIT_KEYS = ("signal", "signals", "channel", "channels"), ("vert_units", "units", "unit")
 _DOTTED = re.compile(r"[^\W\d_][\w.]*\.[\w.]*")  # R writes a dot for each sign that names may not have
 _LISTED = re.compile(r'"columns?": ?\[([^\]]*)\]')  # OpenSignals writes JSON
+_TYPED = re.compile(r"(?<=[^\s:]):(?:float|double|int|long|string)(?:\[\])?$")  # as Neo4j writes its columns
 _GLUED = re.compile(r"^([mµu]?l)(?:p|per)?/?(s|sec|min)$", re.IGNORECASE)  # as names without a stroke have it
 _NUMBERED = re.compile(r"#?\s*col(?:umn)?\.?:?\s*(\d+)\s*[:=,]\s*(.+)", re.IGNORECASE)
 
@@ -96,7 +97,7 @@ def split_title(title: str) -> tuple[str, str | None] | None:
     A stroke, as standards of quantities write it, or a comma is one between name and unit only where a unit follows it.
     Of two brackets the last holds the unit.
     """
-    match = _HEADING.match(title)
+    match = _HEADING.match(_TYPED.sub("", title))
     if match is None or title.count("[") != title.count("]") or title.count("(") != title.count(")"):
         return None
     name, unit = match["name"], match["unit"]
@@ -116,10 +117,12 @@ def split_title(title: str) -> tuple[str, str | None] | None:
 def ending_unit(title: str, quantities: Sequence[str], mark: str = " ") -> tuple[str, str]:
     """Return a title without the unit of one of some quantities that its last words are, and that unit.
 
-    Words stand between marks, and those of a ratio, too: ``flow_ml_s``, ``flow_mlmin``, ``radius in mm``. ``pa`` is no
-    pascal, but the pulmonary artery.
+    Words stand between marks, and those of a ratio, too: ``flow_ml_s``, ``flow_L_per_min``, ``radius in mm``.
+    ``pa`` is no pascal, but the pulmonary artery.
     """
     words = title.split(mark)
+    if len(words) > 3 and words[-2].lower() == "per":
+        words = [*words[:-2], words[-1]]
     for count in (2, 1):
         unit, before = _GLUED.sub(r"\1/\2", "/".join(words[-count:])), words[:-count]
         if unit == "pa" or unit == "PA" or not any(before):

@@ -1,11 +1,14 @@
 """The grammar of tables: what the first rows say of titles, clocks and marks before the numbers begin."""
 
+import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
+from vasowave.base import units
 from vasowave.base.io.cells import is_numeric, is_row, is_value, separator_of, split_cells
 from vasowave.base.io.clocks import Clock, bare, decimals, is_clock, is_date
 from vasowave.base.io.headings import (
@@ -15,6 +18,7 @@ from vasowave.base.io.headings import (
     keyed_titles,
     listed_titles,
     remarked_titles,
+    split_title,
     split_titles,
     with_unit_labels,
     with_unit_row,
@@ -40,6 +44,12 @@ _MAX_CAPTIONS = 4  # rows above the titles of a table without clocks and units
 _TIMES = ("time", "t", "zeit", "temps", "tiempo", "elapsed time")
 _NOTES = ("comment", "comments")
 """Titles of a last column that rows without a remark lack, as LabVIEW writes it."""
+_KEYS = ("signal", "variable", "channel", "parameter", "quantity", "measurement", "measure", "name", "key", "trace")
+_VALUES = ("value", "values", "val", "amplitude", "reading", "wert", "messwert", "valeur", "valor")
+_UNITS = ("unit", "units", "einheit", "unité", "unidad")
+_SUBJECTS = ("animal", "subject", "id", "animal_id", "subject_id", "mouse", "rat", "pig", "patient", "tier")
+"""Titles of a table with a row a sample of one signal, as R and pandas write it: its signal, value, unit, and whose."""
+_FEWEST_SAMPLES = 8  # of a signal; a table of numbers has one of each
 _SAMPLES = re.compile(r"Samples\t(\d{1,9})\b")  # LabVIEW
 _PER_SAMPLE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(usec|msec|sec|min)/sample", re.IGNORECASE)
 _PROGRAMS = {
@@ -199,11 +209,27 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
     elif titles and any(map(is_numeric, titles)):
         titles = []
     titles = with_unit_labels(titles, texts[:data], separator)
+    titles = _under_groups(titles, fitting(nearest - 1 - bool(merged)))
     listed = listed_titles(texts[:data], titles, len(list(_stripped(cells)))) or (
         [] if titles else keyed_titles(texts[:data], separator, len(cells))
         or remarked_titles(remarks, separator, len(cells))
     )  # fmt: skip
     return (listed or titles), bool(listed or titles)
+
+
+def _under_groups(titles: list[str], above: list[str]) -> list[str]:
+    """Return titles that occur more than once with those above them, each of which heads all columns up to the next."""
+    groups = [next(filter(None, above[i::-1]), "") for i in range(len(above))]
+    if len(groups) != len(titles) or len({*zip(groups, titles, strict=True)}) < len(titles):
+        return titles
+    clocks = ("x_value", *_TIMES)
+    named = list[str]()
+    for group, title in zip(groups, titles, strict=True):
+        is_repeated = titles.count(title) > 1 and title.casefold() not in clocks
+        named.append(
+            f"{group} {title}".strip() if is_repeated else f"{group} [{title}]" if units.is_unit(title) else title
+        )
+    return named
 
 
 def _with_index_named(texts: Sequence[str], data: int) -> list[str]:
@@ -313,6 +339,51 @@ def turned(texts: Sequence[str]) -> list[str] | None:
     titles = [row[0] if first == 1 else f"{row[0]} [{row[1]}]" for row in cells]
     mark = "\t" if separator == "," else separator
     return [mark.join(titles), *(mark.join(column) for column in zip(*(row[first:] for row in cells), strict=True))]
+
+
+def is_long(texts: Sequence[str]) -> bool:
+    """Whether a table has a row a sample of one signal, with the signal in one column and the value in another."""
+    header, *rows = filter(is_row, texts[: 1 << 16]) if any(map(is_row, texts)) else [""]
+    names = _long_names(header)
+    key = next((i for i, name in enumerate(names) if name in _KEYS), -1)
+    if key < 0 or not any(name in _VALUES for name in names):
+        return False
+    keys = {cells[key] for row in rows if len(cells := row.split(separator_of(header))) == len(names)}
+    return 0 < len(keys) <= len(rows) / _FEWEST_SAMPLES
+
+
+def _long_names(header: str) -> list[str]:
+    titles = [bare(title) for title in csv_cells(header, separator_of(header) or "\t")]
+    return [(split_title(title) or (title,))[0].casefold() for title in titles]
+
+
+def spread(texts: Sequence[str]) -> list[str]:
+    """Return the rows of a table that `is_long` as rows with a column a signal, of each animal where there are several,
+    and the times once, or before each signal where they differ."""
+    header, *rows = filter(is_row, texts)
+    separator, names = separator_of(header), _long_names(header)
+    cells = [[bare(cell) for cell in row] for row in csv.reader(rows, delimiter=separator or "\t")]
+    cells = [row for row in cells if len(row) == len(names)]
+    key, value, unit, clock = (next((i for i, name in enumerate(names) if name in words), -1)
+                               for words in (_KEYS, _VALUES, _UNITS, _TIMES))  # fmt: skip
+    labels = [
+        i
+        for i, name in enumerate(names)
+        if i not in (key, value, unit, clock)
+        and (name in _SUBJECTS or not any(is_value(row[i]) for row in cells))
+        and len({row[i] for row in cells}) > 1
+    ]
+    signals: dict[str, list[list[str]]] = {}
+    for row in cells:
+        title = " ".join(row[i] for i in (*labels, key)) + (f" [{row[unit]}]" if unit >= 0 else "")
+        signals.setdefault(title, []).append(row)
+    times = [[row[clock] for row in group] if clock >= 0 else [] for group in signals.values()]
+    time = csv_cells(header, separator or "\t")[clock].strip('" ')
+    columns = list[list[str]]()
+    for index, (title, group) in enumerate(signals.items()):
+        columns += [[time, *times[index]]] if clock >= 0 and (index == 0 or times[index] != times[0]) else []
+        columns.append([title, *(row[value] for row in group)])
+    return ["\t".join(row) for row in zip_longest(*columns, fillvalue="")]
 
 
 def remarks_above(texts: Sequence[str]) -> list[str]:

@@ -68,9 +68,15 @@ def _unpacked(path: Path) -> int:
     """Return how many bytes a workbook says to unpack to; refuse one that no table needs."""
     try:
         with zipfile.ZipFile(path) as archive:
-            size = sum(member.file_size for member in archive.infolist())
+            members = archive.infolist()
+            size = sum(member.file_size for member in members)
     except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, EOFError):
         return 0  # an .xls, or damaged, as the reader will say
+    names = [member.filename for member in members if not member.filename.startswith("__MACOSX") and member.file_size]
+    if not any(name.endswith(".xml") for name in names):  # as every workbook has some
+        raise InputError(
+            f"{path}: an archive that holds {', '.join(names[:4]) or 'nothing'}; unpack it, and give what it holds"
+        )
     if size > _MAX_UNPACKED:
         raise InputError(f"{path}: unpacks to {size >> 20} MB, more than {_MAX_UNPACKED >> 20}; save the sheet as CSV")
     return size

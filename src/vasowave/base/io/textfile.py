@@ -18,6 +18,8 @@ LONGEST_LINE = 1_000_000
 _BLOCK = 1 << 20  # letters that are read at a time
 _START = 1 << 18  # bytes that are looked at; a table of one cycle or of a network is no longer
 
+_GZIP = b"\x1f\x8b"  # its first bytes
+
 T = TypeVar("T")
 
 Progress = Callable[[float], None]
@@ -164,7 +166,8 @@ def _encoding(path: Path, file: BinaryIO) -> str:
     encoding = "utf-8-sig"
     while block := file.read(_BLOCK):
         if b"\0" in block:
-            raise InputError(f"{path}: not a text file; export it as CSV first")
+            advice = "packed by gzip; unpack it" if start == _GZIP else "not a text file; export it as CSV first"
+            raise InputError(f"{path}: {advice}")
         try:
             decoder.decode(block)
         except UnicodeDecodeError:

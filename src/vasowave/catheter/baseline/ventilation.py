@@ -39,6 +39,9 @@ class VentilationRules:
         Beats over which the level is followed where no breath repeats: three breaths or more.
     no_breath : float
         Levels that differ by less than this share of the signal's pulse show no breath.
+    cut_samples : float
+        So many samples a beat may seem longer or shorter, half of one at either end, as samples and beats fall in and
+        out of step; its mean moves along, which is no breath.
     tells : float
         A breath lower than this share of the mean pressure asks for no look.
     locked : float
@@ -64,6 +67,7 @@ class VentilationRules:
     outlier_sd: float = 2.5
     level_beats: int = 31
     no_breath: float = 0.001
+    cut_samples: float = 1.0
     tells: float = 0.04
     locked: float = 0.9
     locked_error: float = 0.25
@@ -121,7 +125,7 @@ class Expiration(NamedTuple):
 
 def mark_inspiration(
     reasons: list[Rejection], starts: np.ndarray, ends: np.ndarray, means: tuple[np.ndarray, np.ndarray],
-    shapes: tuple[np.ndarray, np.ndarray], rules: VentilationRules = RULES,
+    shapes: tuple[np.ndarray, np.ndarray], sample: float = 0.0, rules: VentilationRules = RULES,
 ) -> Expiration:  # fmt: skip
     """Reject the beats whose mean pressure or flow stands off the end-expiratory level, and return that level.
 
@@ -135,8 +139,11 @@ def mark_inspiration(
         Mean pressure, mmHg, its drift removed, and mean flow, ml/s.
     shapes : pair of float arrays, shape (sample,)
         The usual beat of both.
+    sample : float, optional
+        Time between the samples of which they were cut, s.
     rules : VentilationRules, optional
     """
+    cut = rules.cut_samples * sample / float(np.median(ends - starts))
     good = np.array([not reason for reason in reasons], dtype=bool)
     time = 0.5 * (starts + ends)
     breaths, led = _breaths(time, ends - starts, means, good, rules)
@@ -148,18 +155,23 @@ def mark_inspiration(
             off, limit = _off_level(mean, rules)
             if _is_scatter(mean[good], rules):
                 off, limit = mean - mean[good].mean(), rules.scatter_sd * float(mean[good].std())
-            _mark(reasons, off, max(limit, rules.no_breath * float(np.ptp(shape))), name, unit)
+            _mark(reasons, off, max(limit, _no_breath(shape, cut, rules)), name, unit)
         return Expiration(np.zeros(len(time)))
     expirations = [_end(breath, time, float(np.mean(means[0])), rules) for breath in breaths]
     off = np.concatenate([end.off for end in expirations])
     height = max(end.height for end in expirations)
-    limit = max(rules.low_share * height, rules.no_breath * float(np.ptp(shapes[0])))
+    limit = max(rules.low_share * height, _no_breath(shapes[0], cut, rules))
     _mark(reasons, off, limit, "pressure", "mmHg")
     excess = np.concatenate([end.excess for end in expirations])
     used = np.array([not reason for reason in reasons], dtype=bool)
     lifted = float(np.mean((off - excess)[used])) if used.any() and not excess.any() else 0.0
     highest = max(expirations, key=lambda end: end.height)
     return Expiration(excess, float(np.hypot(highest.error, 0.5 * lifted)), highest.findings)
+
+
+def _no_breath(shape: np.ndarray, cut: float, rules: VentilationRules) -> float:
+    """Return by what levels may differ without a breath, where beats begin within `cut` of their length."""
+    return max(rules.no_breath * float(np.ptp(shape)), cut * float(abs(shape.mean() - shape[0])))
 
 
 def _breaths(

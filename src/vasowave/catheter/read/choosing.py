@@ -110,7 +110,9 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
     for name, title in titles.items():
         named = [text.strip().lower() for text in titles.values() if text is not None]
         free = [c for c in channels if c not in picked.values() and c.title.strip().lower() not in named]
-        hits, reason = _named(channels, title) if title is not None else _found(free, name, site, structure)
+        alike = [c for c in free if (whose := owner(c.title)) and whose in map(owner, filter(None, titles.values()))]
+        hits, reason = _named(channels, title) if title is not None else _found(alike, name, site, structure)
+        hits, reason = (hits, reason) if hits or title is not None else _found(free, name, site, structure)
         if len(hits) > 1 and title is not None:  # one title of channels that differ in unit
             hits = [c for c in hits if _has_unit(c, name)] or hits
         if len(hits) == 1:
@@ -242,6 +244,13 @@ def _velocity_instead(channels: Sequence[Titled]) -> str:
     """Say which channels are velocities, of which a diameter makes a flow."""
     titles = " and ".join(f"'{c.title}'" for c in channels if _has_unit(c, "velocity"))
     return f" ({titles}: a velocity is a flow where the vessel's diameter is given)" if titles else ""
+
+
+def owner(title: str) -> str:
+    """Return the numbered animal that a title speaks of beside its quantity, ``rat 2`` of ``Rat 2 P``; else nothing."""
+    quantities = {word for words in _CHANNEL_WORDS.values() for word in words}
+    words = [word for word in re.split(r"[\W_]+", title.casefold()) if word and word not in quantities]
+    return " ".join(words) if re.search(r"[^\W\d_]", "".join(words)) and re.search(r"\d", "".join(words)) else ""
 
 
 def _plain(title: str) -> str:

@@ -23,7 +23,7 @@ from vasowave.catheter.signals.channels import Block, Channel, Comment
 from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.catheter.signals.interventions import comment_findings
 from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording
-from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE, UNIT_REPLACED
+from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE, UNIT_REPLACED, unit_cures
 
 _MAX_LENGTH_DIFFERENCE = 0.01  # two channels of a block last equally long within this share and two samples
 
@@ -279,10 +279,7 @@ def canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.
         return channel.values * units.factor(stated_unit, quantity), [*notes]
     if name != "ecg" and _unconverted(channel):
         if stated_unit is None:
-            generic = SetCells(f"Name the unit of {name}", ((f"{column_of(name)} unit", UNKNOWN),))
-            usual = units.CANONICAL[quantity]
-            offer = SetCells(f"The {name} is in {usual}", ((f"{column_of(name)} unit", usual),))
-            raise InputError(_unit_wanted(channel, name), [offer, generic])
+            raise InputError(_unit_wanted(channel, name), unit_cures(column_of(name), quantity))
         return channel.values * units.factor(stated_unit, quantity), [GIVEN_UNIT(name=name, unit=stated_unit)]
     try:
         return channel.values * units.factor(unit, quantity), []

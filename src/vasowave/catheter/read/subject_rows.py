@@ -10,8 +10,9 @@ from vasowave.base import units
 from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.io.cells import is_value
-from vasowave.base.io.columns import Columns, read_columns
+from vasowave.base.io.columns import Columns, plain_title, read_columns
 from vasowave.base.io.headings import split_title
+from vasowave.catheter.read.choosing import owner
 from vasowave.catheter.signals.signal import ALIASES
 
 _NUMBERED = re.compile(r"(?P<stem>.*?[^\W\d_])[\W_]*(?P<number>\d+)[\W_]*")
@@ -31,7 +32,14 @@ def subject_asked_for(path: Path, subject: str = "", sheet: str = "") -> Iterato
     try:
         yield
     except InputError as error:
-        first, *_, last = ("", "") if subject else _sample_titles(path, sheet)
+        if (table := _small_table(path, sheet)) is None or subject:
+            raise
+        if names := list(_pairs(table)):
+            raise InputError(
+                f"{path}: its columns are of {', '.join(names[:_FEWEST])}; name the subject whose columns to read",
+                [SUBJECT],
+            ) from error
+        first, *_, last = _sample_titles(table)
         if not last:
             raise
         raise InputError(
@@ -41,16 +49,60 @@ def subject_asked_for(path: Path, subject: str = "", sheet: str = "") -> Iterato
         ) from error
 
 
-def _sample_titles(path: Path, sheet: str) -> list[str]:
+def _small_table(path: Path, sheet: str) -> Columns | None:
+    """Return a table that may be one of subjects, None for what is none."""
+    try:
+        return read_columns(path, sheet=sheet) if path.stat().st_size < _MAX_BYTES else None
+    except InputError:
+        return None
+
+
+def _pairs(table: Columns) -> Mapping[str, Mapping[str, int]]:
+    """Return the columns of pressure and flow of each subject, where several have such a pair beside each other."""
+    pairs: dict[str, dict[str, int]] = {}
+    for column, (title, unit) in enumerate(zip(map(plain_title, table.titles), table.units, strict=True)):
+        quantities = [quantity for quantity in ("pressure", "flow") if units.is_of(unit, quantity)]
+        if quantities and (whose := owner(title)):
+            pairs.setdefault(whose, {})[quantities[0]] = column
+    complete = {whose: pair for whose, pair in pairs.items() if len(pair) == 2}
+    return complete if len(complete) > 1 else {}
+
+
+def _columns_of_pair(table: Columns, subject: str) -> Columns:
+    """Return the columns of one of the subjects beside each other, and those that are nobody's."""
+    pairs = _pairs(table)
+    if (name := subject.strip().casefold()) not in pairs:
+        hint = did_you_mean(name, pairs) or f"; it has: {', '.join([*pairs][:_FEWEST])}"
+        raise InputError(f"{table.source}: no columns of '{subject}'{hint}", [SUBJECT])
+    places = {column: quantity for quantity, column in pairs[name].items()}
+    nobodys = {
+        table.names[i]: i
+        for i, unit in enumerate(table.units)
+        if i < max(places) and i not in places and not (units.is_of(unit, "pressure") or units.is_of(unit, "flow"))
+    }  # of several times the last before the pair
+    taken = sorted([*nobodys.values(), *places])
+    return replace(
+        table, names=tuple(places.get(i, ALIASES.get(table.names[i], table.names[i])) for i in taken),
+        units=tuple(table.units[i] for i in taken), titles=tuple(table.titles[i] for i in taken),
+        cells=tuple(tuple(row[i] for i in taken) for row in table.cells if any(row[i].strip() for i in places)),
+    )  # fmt: skip
+
+
+def subjects_of(path: Path, sheet: str = "") -> list[str]:
+    """Return the names of all subjects of a table; none where no column names each unlike the others."""
+    table = read_columns(path, sheet=sheet)
+    samples = {column for columns in sample_columns(table).values() for column in columns}
+    labels = [[row[i].strip() for row in table.cells] for i in range(len(table.names)) if i not in samples]
+    unlike = (names for names in labels if all(names) and len(set(names)) == len(names))
+    return list(_pairs(table)) or next(unlike, [])
+
+
+def _sample_titles(table: Columns) -> list[str]:
     """Return the titles of the samples in a table with a row a subject, whom a word names, or of so many that none is
     a channel; else two blanks.
     """
-    try:
-        table = read_columns(path, sheet=sheet) if path.stat().st_size < _MAX_BYTES else None
-    except InputError:
-        table = None
-    columns = [column for signal in sample_columns(table).values() for column in signal] if table else []
-    if not table or not columns:
+    columns = [column for signal in sample_columns(table).values() for column in signal]
+    if not columns:
         return ["", ""]
     labels = [[cell.strip() for i, cell in enumerate(row) if i not in columns] for row in table.cells]
     is_named = all(any(not is_value(cell) for cell in row) for row in labels)
@@ -65,6 +117,8 @@ def subject_columns(path: Path, subject: str, sheet: str = "") -> Columns:
     InputError
         No numbered columns; no such subject, or several; samples that are missing.
     """
+    if _pairs(table := read_columns(path, sheet=sheet)):
+        return _columns_of_pair(table, subject)
     table, row = _row_of(path, subject, sheet)
     signals = sample_columns(table)
     lengths = {len(columns) for columns in signals.values()}
@@ -77,7 +131,8 @@ def subject_columns(path: Path, subject: str, sheet: str = "") -> Columns:
     names = tuple(ALIASES.get(name, name) for name, _ in pairs)
     stated = tuple(table.units[column] or unit or "" for column, (_, unit) in zip(first, pairs, strict=True))
     lines = (table.lines[row],) * len(cells)
-    return replace(table, names=names, units=stated, cells=cells, lines=lines, titles=tuple(signals))
+    titles = tuple(f"{table.titles[columns[0]]} to {table.titles[columns[-1]]}" for columns in signals.values())
+    return replace(table, names=names, units=stated, cells=cells, lines=lines, titles=titles)
 
 
 def period_of_subject(path: Path, subject: str, sheet: str = "") -> float | None:
@@ -88,6 +143,8 @@ def period_of_subject(path: Path, subject: str, sheet: str = "") -> float | None
     InputError
         No such subject; a heart rate in a unit that is none of rates.
     """
+    if _pairs(read_columns(path, sheet=sheet)):
+        return None
     table, row = _row_of(path, subject, sheet)
     for column, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
         title = " ".join(re.sub(r"[\W_]+", " ", name).split())
@@ -120,6 +177,9 @@ def _value(table: Columns, row: int, column: int) -> float:
 
 def subject_as_written(path: Path, subject: str, sheet: str = "") -> str:
     """Return the name of a subject as its table spells it."""
+    if _pairs(table := read_columns(path, sheet=sheet)):
+        _columns_of_pair(table, subject)
+        return subject.strip()
     table, row = _row_of(path, subject, sheet)
     cells = (cell.strip() for cell in table.cells[row])
     return next(cell for cell in cells if cell.casefold() == subject.strip().casefold())

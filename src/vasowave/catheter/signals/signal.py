@@ -46,6 +46,14 @@ NAME_THE_RATE = "say how many samples a second has"
 RATE = SetCells("Give the sampling rate", (("sampling rate [1/s]", UNKNOWN),))
 """What to do where a file has no times."""
 
+
+def unit_cures(column: str, quantity: str) -> list[SetCells]:
+    """Return what to do where no unit of a quantity is said: that it is the usual one, or another."""
+    usual = units.CANONICAL[quantity]
+    return [SetCells(f"The {column} is in {usual}", ((f"{column} unit", usual),)),
+            SetCells(f"Name the unit of {column}", ((f"{column} unit", UNKNOWN),))]  # fmt: skip
+
+
 UNIT_REPLACED = kind(
     "recording.unit-replaced",
     Severity.LOOK,

@@ -32,6 +32,11 @@ ROOT_INSIDE = look_kind(
     "the first point lies inside the tree: the widest end, {place} cm, is the root",
     "Begin the lines at the root.",
 )
+PIECES = look_kind(
+    "lines.pieces",
+    "the {lines} lines run from one junction to the next: blood is taken to enter at the widest end, {place} cm",
+    "If it enters elsewhere, draw the lines from the root to each terminal.",
+)
 LINES_LOOP = look_kind(
     "lines.loops", "the lines close {loops} loop(s); each is cut farthest from the root", "Cut them where they touch."
 )
@@ -58,8 +63,28 @@ def merged(lines: Sequence[Line], cut: Literal["tube", "identical"] = "tube") ->
     VasowaveWarning
         A line that, beyond where it joins the tree, goes another way to the root: a loop, opened at that place.
     """
-    lines = _from_root([line[_moves(line)] for line in lines if len(line) > 1])
+    lines = [line[_moves(line)] for line in lines if len(line) > 1]
+    if len(lines) > 2 and (pieces := _of_pieces(lines)) is not None:
+        return pieces
+    lines = _from_root(lines)
     return _joined(lines, 0.0 if cut == "identical" else TUBE)
+
+
+def _of_pieces(lines: Sequence[Line]) -> Skeleton | None:
+    """Return the tree of lines that run from one junction to the next and have their ends in common, else None."""
+    ends = np.concatenate([line.points[[0, -1]] for line in lines])
+    places, count = np.unique(ends, axis=0, return_counts=True)
+    if len(places) != len(lines) + 1 or (count > 1).sum() < 2:  # a tree has one place more than pieces
+        return None
+    points, place = np.unique(np.concatenate([line.points for line in lines]), axis=0, return_inverse=True)
+    radius = np.zeros(len(points))
+    np.maximum.at(radius, place.ravel(), np.concatenate([line.radius for line in lines]))
+    numbers = np.split(place.ravel(), np.cumsum([len(line) for line in lines])[:-1])
+    tree = rooted(Line(points, radius), np.concatenate([np.column_stack([piece[:-1], piece[1:]]) for piece in numbers]))
+    if len(tree.line) < len(points):
+        return None
+    warn(PIECES(lines=len(lines), place=written(tree.line.points[0])), stacklevel=5)
+    return tree
 
 
 def _moves(line: Line) -> np.ndarray:

@@ -1,5 +1,6 @@
 """What lies in a folder: one file with a volume, a DICOM series, or slices as pictures."""
 
+import os
 import re
 from pathlib import Path
 from typing import NamedTuple
@@ -92,6 +93,11 @@ def resolved(path: Path) -> tuple[Path, tuple[Finding, ...]]:
         *([f"slices ({_names(survey.pictures)})"] if pictures else []),
     ]
     if not kinds and not survey.pictures:
+        if len(within := [place for place, _, _ in os.walk(path) if _has_image(Path(place))]) == 1:
+            return resolved(Path(within[0]))
+        if within:
+            shown = ", ".join(Path(place).relative_to(path).as_posix() for place in within[:_SHOWN])
+            raise InputError(f"{path}: holds several folders with images: {shown}; give one of them")
         raise InputError(f"{path}: no image in this folder; give a folder of DICOM files or slices, or one file")
     if len(kinds) > 1 or len(stems) > 1:
         raise InputError(f"{path}: holds more than one image: {'; '.join(kinds)}; give one file, or move the rest away")
@@ -100,6 +106,12 @@ def resolved(path: Path) -> tuple[Path, tuple[Finding, ...]]:
         header_first = sorted(survey.volumes, key=lambda volume: [volume.name.lower().endswith(end) for end in HEADERS])
         return header_first[-1], findings
     return (path if survey.dicom or pictures else survey.pictures[0]), findings
+
+
+def _has_image(folder: Path) -> bool:
+    """Whether a folder holds a volume, DICOM files or slices itself."""
+    survey = surveyed(folder)
+    return bool(survey.volumes or survey.dicom or len(survey.pictures) >= 2)
 
 
 def _names(paths: list[Path]) -> str:

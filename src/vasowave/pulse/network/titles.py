@@ -14,16 +14,17 @@ from vasowave.base.io.columns import Columns
 from vasowave.base.io.headings import ending_unit
 
 SYNONYMS: dict[str, str] = {
-    "parent": "parent mother father elter eltern elterngefäss elternsegment vorgänger vater parente padre",
+    "parent": "parent mother father mutterast elternast elter eltern elterngefäss elternsegment vorgänger vater "
+    "parente padre",
     "daughter": "daughter daughters child children",
     "length": "length len l länge laenge longueur longitud lunghezza",
     "radius": "radius rad r r0 rayon radio raggio",
-    "diameter": "diameter diam d d0 durchmesser diamètre diametre diámetro diametro",
+    "diameter": "diameter diam d d0 durchmesser ø ⌀ diamètre diametre diámetro diametro",
     "area": "area",
     "start": "start begin beginning initial anfang beginn proximal inlet in top",
     "end": "end ending final ende distal outlet out bottom bot",
     "node": "node vertex n",
-    "": "vessel gefäss gefaess vaisseau vaso segment seg branch edge artery id no nr number index name label mean "
+    "": "vessel gefäss gefaess ast vaisseau vaso segment seg branch edge artery id no nr number index name label mean "
     "average avg inner lumen internal cross sectional section arc path curve centerline equivalent",
 }
 """The words that are known of each part of a title; those of the last row say nothing more."""
@@ -51,7 +52,7 @@ TOPOLOGIES = (("parent",), ("from", "to"), ("source", "target"), ("node 1", "nod
 UNDERSTOOD = note_kind("network.columns", "columns were read as {columns}")
 
 _CONCEPTS = {word: concept for concept, words in SYNONYMS.items() for word in words.split()}
-_NAMES = ("vessel", "gefäss", "gefaess", "vaisseau", "vaso", "segment", "branch", "edge", "artery", "id", "name",
+_NAMES = ("vessel", "gefäss", "gefaess", "ast", "vaisseau", "vaso", "segment", "branch", "edge", "artery", "id", "name",
           "label", "no", "nr")  # fmt: skip
 _JOINED = "|".join(sorted((word for word in [*_CONCEPTS, "upstream"] if len(word) > 1), key=len, reverse=True))
 _BRANCH_DISTANCE = ("branch distance", "branchdistance")  # skan's length along a branch

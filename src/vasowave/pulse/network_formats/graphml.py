@@ -1,4 +1,4 @@
-"""Graphs as NetworkX, igraph, Gephi and VesselVio write them: edges with lengths and radii, in one of five forms."""
+"""Graphs as NetworkX, igraph, Gephi and VesselVio write them: edges with lengths and radii, in one of six forms."""
 
 import re
 from collections.abc import Mapping
@@ -18,19 +18,20 @@ from vasowave.pulse.network_formats import NETWORKS, table_format
 _UNIT_KEYS = ("unit", "units", "length_unit", "unit_length", "spatial_unit", "units_length")
 _LARGEST = 64 << 20  # bytes; a hundred thousand edges have 30 MB
 _GML = re.compile(rb"(?:\s*(?:#[^\n]*\n|(?:Creator|Version|comment)\b[^\n]*\n))*\s*graph\s*\[")
-_GXL, _VASCUSYNTH = b"<gxl", b"nodeType"
+_GXL, _VASCUSYNTH, _GEXF = b"<gxl", b"nodeType", b"<gexf"
 _EDGE_LIST = re.compile(rb"(?:\s*#[^\n]*\n)*\s*[^\s{,;]+[ \t]+[^\s{,;]+[ \t]+\{\s*['\"]")  # as NetworkX writes it
 _NODE_LINK = (b'"directed"', b'"source"')  # beside the nodes, of which thousands may come before the edges
 
 
 def is_graph(path: Path, start: bytes) -> bool:
-    """Return whether a file is GraphML, GXL, GML or NetworkX's JSON or list of edges, by its first element or keys."""
+    """Return whether a file is GraphML, GEXF, GXL, GML or NetworkX's JSON or list of edges, by its beginning."""
     if _GXL in start:
         return _VASCUSYNTH not in start
     if _EDGE_LIST.match(start):
         return True
     is_json = start.lstrip().startswith(b"{") and b'"nodes"' in start and any(key in start for key in _NODE_LINK)
-    return b"graphml.graphdrawing.org" in start or b"<graphml" in start or bool(_GML.match(start)) or is_json
+    is_xml = any(mark in start for mark in (b"graphml.graphdrawing.org", b"<graphml", _GEXF))
+    return is_xml or bool(_GML.match(start)) or is_json
 
 
 def graph_columns(path: Path) -> Columns:
@@ -77,7 +78,11 @@ def _read(path: Path) -> Any:
     if _EDGE_LIST.match(start):
         return networkx.read_edgelist(path, create_using=networkx.MultiGraph, encoding="utf-8-sig")
     if _GML.match(start):
-        return networkx.read_gml(path, label="id")
+        text = read_bytes(path).decode("utf-8-sig")
+        several = "" if re.search(r"\bmultigraph\s+1\b", text) else " multigraph 1"  # NetworkX asks for the word
+        return networkx.parse_gml(re.sub(r"\bgraph\s*\[", lambda match: match[0] + several, text, count=1), label="id")
+    if _GEXF in start:
+        return networkx.read_gexf(path)
     if not start.lstrip().startswith(b"{"):
         return networkx.read_graphml(path)
     content = parsed(read_bytes(path))
@@ -113,5 +118,5 @@ def _stated_unit(attributes: Mapping[str, Any]) -> str:
 
 
 NETWORKS.register(
-    table_format("graphml", "graph file", (".graphml", ".gml", ".gxl", ".edgelist"), is_graph, graph_columns)
+    table_format("graphml", "graph file", (".graphml", ".gexf", ".gml", ".gxl", ".edgelist"), is_graph, graph_columns)
 )

@@ -1,4 +1,4 @@
-"""Spatial graphs of Amira and Avizo (.am, ASCII): vessels as edges with points, and a radius at each point."""
+"""Spatial graphs of Amira and Avizo (.am, ASCII, or a spreadsheet): vessels as edges with points that have radii."""
 
 import re
 from pathlib import Path
@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.base.errors import InputError
-from vasowave.base.io.columns import Columns
+from vasowave.base.io.columns import Columns, read_columns
+from vasowave.base.io.spreadsheet import is_workbook, read_sheets
 from vasowave.base.io.textfile import read_lines, read_start
 from vasowave.base.units import is_of
 from vasowave.pulse.network.titles import UNDERSTOOD, canonical_title
@@ -45,10 +46,17 @@ def spatial_graph_columns(path: Path) -> Columns:
     points = _array(path, graph, "POINT", _POINTS)
     if nodes.shape[1] != 2 or points.shape[1] != 3 or counts.min(initial=2) < 2 or counts.sum() != len(points):
         raise InputError(f"{path}: {_POINTS_OF_EDGE} and {_POINTS} do not fit; every edge has two points or more")
-    (kind, title), values = _width(path, graph)
+    kind_and_title, values = _width(path, graph)
+    return _of_edges(path, nodes, np.split(points, np.cumsum(counts)[:-1]), kind_and_title, values, unit)
+
+
+def _of_edges(path: Path, nodes: np.ndarray, points: list[np.ndarray], kind_and_title: tuple[str, str],
+              values: np.ndarray, unit: str) -> Columns:  # fmt: skip
+    """Return edges between nodes as a table: their points, and widths at these, one after the other, or of each."""
+    (kind, title), counts = kind_and_title, np.array([len(of_edge) for of_edge in points])
     cells = []
     for row, (first, last) in enumerate(zip(np.cumsum(counts) - counts, np.cumsum(counts), strict=True)):
-        step = np.linalg.norm(np.diff(points[first:last], axis=0), axis=1)
+        step = np.linalg.norm(np.diff(points[row], axis=0), axis=1)
         along = values[first:last] if kind == "POINT" else values[[row, row]]
         middle = 0.5 * (along[1:] + along[:-1])
         width = float(np.average(middle, weights=step if kind == "POINT" and step.any() else None))
@@ -59,6 +67,41 @@ def spatial_graph_columns(path: Path) -> Columns:
     remark = UNDERSTOOD(columns=f"'{title}' ({kind}) → {width_name}{suffix}, '{_POINTS}' → length{suffix}")
     lines = tuple(range(1, len(cells) + 1))
     return Columns(str(path), names, units, tuple(cells), lines, (remark,), names, "edge")
+
+
+def is_spreadsheet(path: Path, start: bytes) -> bool:
+    """Return whether a workbook holds the tables of a spatial graph: its nodes, points and segments."""
+    return is_workbook(start) and {"nodes", "points", "segments"} <= {
+        sheet.name.strip().casefold() for sheet in read_sheets(path)
+    }
+
+
+def spreadsheet_columns(path: Path) -> Columns:
+    """Return the segments of the spreadsheet that Amira shows of a spatial graph as a table.
+
+    Raises
+    ------
+    InputError
+        Columns that are lacking; segments whose points are not there.
+    """
+    table, listed = read_columns(path, sheet="Points"), read_columns(path, sheet="Segments")
+    place = {row[0].strip(): i for i, row in enumerate(table.cells)}
+    axes = [table.require(f"{axis} coord") for axis in "xyz"]
+    width = next((i for i, name in enumerate(table.names) if canonical_title(name)[0] in ("radius", "diameter")
+                  or name == _THICKNESS), None)  # fmt: skip
+    nodes = [[row[listed.require(f"node id #{end}")] for end in (1, 2)] for row in listed.cells]
+    try:
+        rows = [
+            [place[number] for number in re.findall(r"\d+", row[listed.require("point ids")])] for row in listed.cells
+        ]
+    except KeyError as missing:
+        raise InputError(f"{path}: no point {missing} in the sheet 'Points', which a segment names") from None
+    if width is None or min(map(len, rows), default=0) < 2:
+        raise InputError(f"{path}: its points have no radius, diameter or thickness, or a segment has fewer than two")
+    numbers = np.column_stack([table.numbers(column, "length", "cm") for column in (*axes, width)])
+    points = [numbers[row, :3] for row in rows]
+    values = np.concatenate([numbers[row, 3] for row in rows])
+    return _of_edges(path, np.array(nodes), points, ("POINT", table.titles[width]), values, "")
 
 
 def read_spatial_graph(path: Path) -> tuple[Arrays, str]:
@@ -101,6 +144,7 @@ def _width(path: Path, graph: Arrays) -> tuple[tuple[str, str], np.ndarray]:
     return widths[0], graph[widths[0]].ravel()
 
 
+NETWORKS.register(table_format("spatial graph table", "spreadsheet of Amira", (), is_spreadsheet, spreadsheet_columns))
 NETWORKS.register(
     table_format("spatial graph", "spatial graph of Amira", (".am",), is_spatial_graph, spatial_graph_columns)
 )

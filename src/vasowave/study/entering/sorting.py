@@ -22,7 +22,7 @@ from vasowave.catheter.read.describe import (
 )
 from vasowave.catheter.read.formats import RECORDINGS, check_subject, companion_files
 from vasowave.catheter.read.formats.workbook import SHEET_READ
-from vasowave.catheter.read.subject_rows import subject_as_written
+from vasowave.catheter.read.subject_rows import SUBJECT, subject_as_written, subjects_of
 from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
 from vasowave.pulse.network_formats import NETWORKS, UNIT, unit_wanted
@@ -184,7 +184,7 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
                 continue
             _refuse_vessels(file)
             if choosing.subject_row:
-                recordings.append(_of_subject(file, choosing))
+                recordings += _of_subjects(file, choosing)
                 continue
             sheet, workbook = animal_sheet(file), file.suffix.lower() in WORKBOOKS
             if sheet is not None:
@@ -192,8 +192,11 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
                 if not workbook or not (choosing.sheet or _has_signals(file)):
                     continue
             described = describe_recording(file, sheet=choosing.sheet if workbook else "")
+            _refuse_volume(file, described)
         except InputError as error:
-            refused.append(str(error))
+            subjects = _of_subjects(file, choosing) if SUBJECT in error.cures else []
+            recordings += subjects
+            refused += [] if subjects else [str(error)]
             continue
         half, stem = _half(file, used_block(described, None))
         if half:
@@ -213,6 +216,16 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
     return Sorted(tuple(networks), tuple(recordings), tuple(refused), sheets=tuple(sheets))
 
 
+def _refuse_volume(file: Path, described: FileDescription) -> None:
+    """Raise `InputError` for loops of pressure and volume, which are no recording of an artery."""
+    held = {kind for channel in used_block(described, None).channels for kind in ("volume", "relative volume", "flow",
+            "velocity") if units.is_of(channel.unit, kind) or channel.quantity == kind}  # fmt: skip
+    if held and not held & {"flow", "velocity"}:
+        raise InputError(
+            f"{file}: holds a ventricle's volume and no flow; write it into the column 'loops' of its animal"
+        )
+
+
 def _has_signals(workbook: Path) -> bool:
     """Whether a sheet of a workbook, beside its table of animals, holds pressure or flow."""
     try:
@@ -222,12 +235,13 @@ def _has_signals(workbook: Path) -> bool:
     return any(channel.quantity in ("pressure", "flow") for channel in channels)
 
 
-def _of_subject(file: Path, choosing: Choosing) -> Recorded:
-    """Return the recording of a subject in a table that has a row for it, called as it is there."""
+def _of_subjects(file: Path, choosing: Choosing) -> list[Recorded]:
+    """Return the recording of the subject in a table that is named, else of all of them, called as they are there."""
     check_subject([file], choosing.subject_row)
     sheet = choosing.sheet if file.suffix.lower() in WORKBOOKS else ""
-    name = subject_as_written(file, choosing.subject_row, sheet)
-    return Recorded(name, (file,), "cycle", subject_row=name)
+    named = choosing.subject_row
+    names = [subject_as_written(file, named, sheet)] if named else subjects_of(file, sheet)
+    return [Recorded(name, (file,), "cycle", subject_row=name) for name in names]
 
 
 def _refuse_vessels(file: Path) -> None:
@@ -337,10 +351,15 @@ def _half(file: Path, block: BlockDescription) -> tuple[str, str]:
     signals = [channel for channel in block.channels if channel.quantity != "time" and not _counts(channel)]
     if len(signals) != 1:
         return "", ""
-    words, folder = re.split(r"([^\W_]+)", file.stem), file.parent.name.casefold()
+    words, folder = re.findall(r"[^\W_]+", file.stem), file.parent.name.casefold()
     for half, half_words in _SIGNAL_WORDS.items():
-        positions = [i for i, word in enumerate(words) if word.casefold() in half_words]
-        if positions or signals[0].quantity == half or folder in half_words[:-1]:
-            name = "".join(word for i, word in enumerate(words) if i not in positions).strip(" _-.")
-            return half, re.sub(r"[ _-]{2,}", "_", name) or file.parent.name
+        if {*map(str.casefold, words)} & {*half_words} or signals[0].quantity == half or folder in half_words[:-1]:
+            return half, pair_name(file, half_words)
     return "", ""
+
+
+def pair_name(file: Path, signal_words: Collection[str] = frozenset().union(*_SIGNAL_WORDS.values())) -> str:
+    """Return what the name of a file says beside the words for its signal; of a pair of files the same."""
+    words = re.split(r"([^\W_]+)", file.stem)
+    name = "".join(word for word in words if word.casefold() not in signal_words).strip(" _-.")
+    return re.sub(r"[ _-]{2,}", "_", name) or file.parent.name

@@ -8,6 +8,7 @@ import numpy as np
 
 from vasowave.base import units
 from vasowave.base.errors import InputError
+from vasowave.base.io.headings import split_title
 from vasowave.base.io.matlab import is_mat, read_mat, text, vector
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.catheter.read.formats.acqknowledge_mat import is_acqknowledge_mat
@@ -53,14 +54,18 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
         sampling_rate = told_rate or sampling_rate
     elif told_rate and abs(sampling_rate / told_rate - 1) > MAX_RATE_DIFFERENCE:
         raise InputError(f"{path}: it says {told_rate:g} samples/s, given are {sampling_rate:g}; leave the rate out")
-    rate, place = _rate(path, time, text(plain.get("time_unit", "")), sampling_rate)
+    time_unit = text(plain.get("time_unit", "")) or next((_split(name)[1] for name in _shallowest(clocks)), "")
+    rate, place = _rate(path, time, time_unit, sampling_rate)
     channels = tuple(
-        Channel(name, text(variables.get(f"{name}_unit", plain.get(f"{_plain(name)}_unit", ""))),
+        Channel(name, text(variables.get(f"{name}_unit", plain.get(f"{_plain(name)}_unit", ""))) or _split(name)[1],
                 values if place is None else with_gaps(values, place), rate, f"{path}, variable '{name}'")
         for name, values in vectors.items() if _plain(name) != "time" and (time is None or len(time) == len(values))
     )  # fmt: skip
     if not channels:
-        raise InputError(f"{path}: no vectors; it has: {', '.join(variables) or 'nothing'}")
+        raise InputError(
+            f"{path}: no vectors; save columns of a matrix as time, pressure and flow; it has: "
+            f"{', '.join(variables) or 'nothing'}"
+        )
     return Block(channels, suspicions=rates_differ(told_rate, rate) if time is not None else ())
 
 
@@ -78,9 +83,16 @@ def _single_number(value: np.ndarray) -> float | None:
 
 
 def _plain(name: str) -> str:
-    """Return the name of a variable, or of a structure's field, as vasowave calls it: ``P_unit`` is pressure_unit."""
-    stem, mark, _ = name.lower().rpartition(".")[2].partition("_unit")
+    """Return the name of a variable, or of a structure's field, as vasowave calls it: ``P_unit`` is pressure_unit, and
+    ``P_mmHg`` pressure."""
+    stem, mark, _ = _split(name)[0].lower().partition("_unit")
     return ALIASES.get(stem, stem) + mark
+
+
+def _split(name: str) -> tuple[str, str]:
+    """Return the name of a variable or field without the unit that it ends in, and that unit."""
+    stem, unit = split_title(name.rpartition(".")[2]) or (name, "")
+    return stem, unit or ""
 
 
 def _rate(path: str | Path, time: np.ndarray | None, unit: str, stated_rate: float | None
@@ -109,6 +121,8 @@ def _named(path: str | Path, variables: Mapping[str, Any]) -> dict[str, Any]:
         if key in named and key in ("time", "pressure", "flow"):
             raise InputError(f"{path}: two variables hold {key}; keep one of them")
         named[key] = value
+        if unit := _split(name)[1]:
+            named.setdefault(f"{key}_unit", np.array(unit))
     return named
 
 

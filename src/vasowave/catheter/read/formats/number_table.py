@@ -13,19 +13,28 @@ from vasowave.base import units
 from vasowave.base.cures import SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind, note_kind
-from vasowave.base.io.cells import is_numeric, is_row, split_cells
+from vasowave.base.io.cells import is_numeric, is_row, is_value, split_cells, without_thousands
 from vasowave.base.io.columns import Columns, plain_title, read_columns, read_headings
-from vasowave.base.io.layout import HEAD, Head, head_of, remarks_above, turned
+from vasowave.base.io.layout import HEAD, Head, head_of, is_long, remarks_above, spread, turned
 from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import Lines, Progress, read_lines
 from vasowave.base.sites import PULMONARY
-from vasowave.catheter.read.choosing import TAKEN, choose, with_time
+from vasowave.catheter.read.choosing import TAKEN, choose, column_of, with_time
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.catheter.read.subject_rows import subject_asked_for, subject_columns
 from vasowave.catheter.signals.channels import CUT_OFF, Block, Channel, Comment, rates_differ
 from vasowave.catheter.signals.gaps import with_gaps
 from vasowave.catheter.signals.number_rows import DecimalMark, NumberRows
-from vasowave.catheter.signals.signal import ALIASES, NAME_THE_RATE, RATE, UNIT_REPLACED, Signal, sampling, written_to
+from vasowave.catheter.signals.signal import (
+    ALIASES,
+    NAME_THE_RATE,
+    RATE,
+    UNIT_REPLACED,
+    Signal,
+    sampling,
+    unit_cures,
+    written_to,
+)
 
 PHASE_REPEATED = look_kind(
     "recording.phase-repeated",
@@ -38,6 +47,8 @@ COUNT_DIFFERS = look_kind(
     "the header says {stated} samples, {count} are there. {remedy}",
     "Export the file again, whole and in one segment.",
 )
+BELOW = note_kind("recording.below", "rows below the numbers were left out: {rows}")
+_MAX_BELOW = 12  # rows below a table that are no numbers: means, remarks, an end
 _HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
 
 
@@ -231,7 +242,11 @@ def read_number_table(
 @remembered
 def _parsed(path: Path, sheet: str = "", progress: Progress | None = None) -> NumberTable:
     table: _Table | None = None
-    for lines in read_lines(path, progress, sheet):
+    blocks = read_lines(path, progress, sheet)
+    for lines in blocks:
+        if table is None and is_long(lines.texts):
+            lines = Lines(1, spread([*lines.texts, *(text for block in blocks for text in block.texts)]))
+        lines = lines._replace(texts=without_thousands(lines.texts))
         if table is None and (over := turned(lines.texts[: 2 * HEAD])):
             lines = Lines(1, over, lines.cut)
         table = table or _begin(path, lines)
@@ -268,6 +283,7 @@ class _Table:
         self.quantum = 0.0
         self.suspicions: tuple[Finding, ...] = ()
         self._marks = DecimalMark(path)
+        self._below: list[tuple[str, InputError]] = []  # rows that are no numbers, and what is wrong with them
 
     def add(self, lines: Lines) -> None:
         """Take a block of lines, the header and what precedes it left out."""
@@ -281,7 +297,7 @@ class _Table:
         if self.head.plan is not None:
             self._add_planned(lines)
             return
-        quick = not lines.hold("#")
+        quick = not lines.hold("#") and not self._below
         comma = self._comma(lines) if quick else False
         if not (quick and self.rows.add_block(lines.first, lines.texts, comma)):
             self._add_slowly(lines)
@@ -307,9 +323,9 @@ class _Table:
                 [*plan.time(written_cells), *row_cells] for written_cells, row_cells in zip(cells, rows, strict=True)
             ]
             texts = ["\t".join(cell or "nan" for cell in row_cells) for row_cells in rows]
-            if not self.rows.add_block(first, texts, False):
+            if self._below or not self.rows.add_block(first, texts, False):
                 for line, row_cells in enumerate(rows, first):
-                    self.rows.add_row(line, row_cells, False)
+                    self._add_row(line, row_cells, False)
             if not self.quantum and "time" in self.names:
                 column = self.names.index("time")
                 self.quantum = written_to([row_cells[column] for row_cells in rows[:2000]])
@@ -319,7 +335,19 @@ class _Table:
             if is_row(text):
                 comma = self._comma(Lines(number, [text]))
                 cells = text.split() if self.separator is None else split_cells(self.path, number, text, self.separator)
-                self.rows.add_row(number, cells, comma)
+                self._add_row(number, cells, comma)
+
+    def _add_row(self, line: int, cells: list[str], comma: bool) -> None:
+        """Take a row; where a word begins it, as below a table, wait whether numbers follow."""
+        try:
+            self.rows.add_row(line, cells, comma)
+        except InputError as error:
+            if not self.rows.count or not cells or is_value(cells[0]) or len(self._below) == _MAX_BELOW:
+                raise
+            self._below.append((cells[0], error))
+        else:
+            if self._below:
+                raise self._below[0][1]
 
     def _comma(self, lines: Lines) -> bool:
         return self.separator != "," and self._marks.comma(lines)
@@ -333,8 +361,10 @@ class _Table:
     def finished(self) -> NumberTable:
         if not self.rows.count:
             raise InputError(f"{self.path}: a header and no data")
-        if self.head.samples not in (None, self.rows.count):
+        if self.head.samples not in (None, self.rows.count) and CUT_OFF(what="it") not in self.suspicions:
             self.suspicions += (COUNT_DIFFERS(stated=self.head.samples, count=self.rows.count),)
+        if self._below:
+            self.suspicions += (BELOW(rows=", ".join(f"'{word}'" for word, _ in self._below)),)
         columns = tuple(map(self.rows.take, range(len(self.names))))
         for values in columns:
             values.setflags(write=False)
@@ -376,6 +406,11 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool, si
     clock, table = _timed(table, column)
     stated = table.units[column] if table.units else ""
     assumed = "" if table.names or unit else units.CANONICAL[quantity]
+    if not (stated or unit or assumed):
+        title = table.titles[column].strip()
+        example = f"{title.split(' to ')[0]} [{units.CANONICAL[quantity]}]"
+        raise InputError(f"{table.source}: '{title}' has no unit; write it in the header, '{example}', or name it",
+                         unit_cures(column_of(quantity), quantity))  # fmt: skip
     places = tuple(f"{table.source}, line {line}" for line in table.lines)
     values = table.numbers(column, quantity, unit or assumed)
     if stated and unit and (ratio := units.factor(unit, quantity) / units.factor(stated, quantity)) != 1.0:

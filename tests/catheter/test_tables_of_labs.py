@@ -1,0 +1,148 @@
+"""Tables as labs keep them: thousands with marks, a row a sample, animals beside each other, rows below the numbers."""
+
+import io
+import zipfile
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from made_workbook import saved
+from vasowave.base import InputError
+from vasowave.catheter import read_raw_recording, read_recording
+
+TIME = np.arange(4000) / 1000.0
+PRESSURE = 900.0 + 400.0 * np.sin(2 * np.pi * 8.0 * TIME)  # Pa
+FLOW = 9000.0 + 5000.0 * np.sin(2 * np.pi * 8.0 * TIME)  # ul/min
+ROWS = list(zip(TIME, PRESSURE, FLOW, strict=True))
+
+
+def is_read(raw):
+    np.testing.assert_allclose(raw.pressure, PRESSURE * 10 / 1333.22, rtol=1e-3)
+    np.testing.assert_allclose(raw.flow, FLOW * 1e-3 / 60, rtol=1e-3)
+    assert raw.sampling_rate == pytest.approx(1000.0)
+
+
+def exchanged(text, thousand, decimal):
+    return text.replace(",", "t").replace(".", decimal).replace("t", thousand)
+
+
+@pytest.mark.parametrize(("thousand", "decimal"), [(",", "."), (".", ","), ("'", "."), ("\u00a0", ","), (" ", ",")])
+@pytest.mark.parametrize("separator", ["\t", ";"])
+def test_marks_between_thousands_are_left_out(tmp_path, thousand, decimal, separator):
+    cells = [[exchanged(f"{value:,.3f}", thousand, decimal) for value in row] for row in ROWS]
+    head = separator.join(["time [s]", "pressure [Pa]", "flow [ul/min]"])
+    file = tmp_path / "a.txt"
+    file.write_text("\n".join([head, *map(separator.join, cells), ""]), encoding="utf-8")
+    is_read(read_raw_recording(file))
+
+
+def test_commas_separate_thousands_between_quotation_marks_and_columns_elsewhere(tmp_path):
+    quoted = ['"time [s]","pressure [Pa]","flow [ul/min]"']
+    quoted += [",".join(f'"{value:,.3f}"' for value in row) for row in ROWS]
+    (tmp_path / "quoted.csv").write_text("\n".join([*quoted, ""]))
+    is_read(read_raw_recording(tmp_path / "quoted.csv"))
+    plain = ["time [ms],flow [ul/s]", *(f"{i},{200 + 100 * (i % 10) + 0.5}" for i in range(4000))]
+    (tmp_path / "plain.csv").write_text("\n".join([*plain, ""]))
+    (tmp_path / "p.csv").write_text(
+        "\n".join(["time [ms],pressure [mmHg]", *(f"{i},{i % 10}.5" for i in range(4000)), ""])
+    )
+    flow = read_raw_recording(tmp_path / "p.csv", tmp_path / "plain.csv").flow
+    assert flow[:3] == pytest.approx([0.2005, 0.3005, 0.4005])
+
+
+def test_marks_both_ways_round_are_no_thousands(tmp_path):
+    rows = [
+        "time [s]\tpressure [mmHg]\tflow [ml/s]",
+        "0\t1,234.5\t2.345,6",
+        *(f"{i}\t{i}.5\t{i}.5" for i in range(1, 9)),
+        "",
+    ]
+    (tmp_path / "a.txt").write_text("\n".join(rows))
+    with pytest.raises(InputError, match="decimal comma"):
+        read_raw_recording(tmp_path / "a.txt")
+
+
+def test_a_row_a_sample_of_one_signal_is_a_column_a_signal(tmp_path):
+    signals = (("PA pressure", "Pa", PRESSURE), ("PA flow", "ul/min", FLOW))
+    rows = [f'"{i}","KO5",{t:.3f},"{name}",{value:.4f},"{unit}"' for name, unit, values in signals
+            for i, (t, value) in enumerate(zip(TIME, values, strict=True))]  # fmt: skip
+    (tmp_path / "a.csv").write_text("\n".join(['"","animal","time_s","signal","value","unit"', *rows, ""]))
+    is_read(read_raw_recording(tmp_path / "a.csv"))
+
+
+def cycle(mean):
+    return mean + 5.0 * np.sin(2 * np.pi * np.arange(40) / 40)
+
+
+def test_of_several_animals_in_a_long_table_one_is_asked_for_by_name(tmp_path):
+    rows = [["mouse", "time_ms", "variable", "value", "unit"]]
+    for number, (name, period) in enumerate((("WT1", 120), ("WT2", 110))):
+        for i, pressure in enumerate(cycle(15 + number)):
+            rows += [
+                [name, i * period / 40, "pressure", pressure, "mmHg"],
+                [name, i * period / 40, "flow", pressure / 100, "ml/s"],
+            ]
+    file = saved(tmp_path / "a.xlsx", A=rows)
+    with pytest.raises(InputError, match="wt1, wt2; name the subject"):
+        read_recording(file)
+    one = read_recording(file, subject_row="WT2")
+    assert (one.period, one.mean_pressure, one.flow.mean()) == pytest.approx((0.11, 16.0, 0.16))
+
+
+def test_animals_beside_each_other_below_titles_of_their_own_are_read_by_name(tmp_path):
+    rows = [["time", "Rat 1", "", "Rat 2", ""], ["ms", *["P (mmHg)", "Q (ml/s)"] * 2]]
+    rows += [[3 * i, p, p / 10, p + 4, p / 20] for i, p in enumerate(cycle(20.0))]
+    file = saved(tmp_path / "a.xlsx", A=rows)
+    second = read_recording(file, subject_row="rat 2")
+    assert (second.mean_pressure, second.flow.mean()) == pytest.approx((24.0, 1.0))
+    with pytest.raises(InputError, match="no columns of 'rat 3'"):
+        read_recording(file, subject_row="rat 3")
+
+
+def test_the_flow_of_the_animal_whose_pressure_is_named_is_read(tmp_path):
+    head = "time [s],P rat1 [Pa],P rat2 [Pa],Q rat1 [ul/min],Q rat2 [ul/min]"
+    rows = [f"{t:.3f},{p / 2:.3f},{p:.3f},{q / 2:.3f},{q:.3f}" for t, p, q in ROWS]
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows, ""]))
+    is_read(read_raw_recording(tmp_path / "a.csv", pressure="P rat2"))
+
+
+def test_rows_below_the_numbers_are_left_out_and_named_but_not_those_between(tmp_path):
+    head, rows = "time [s];pressure [Pa];flow [ul/min]", [f"{t:.3f};{p:.3f};{q:.3f}" for t, p, q in ROWS]
+    below = ["Mean;900;9000", "End of recording"]
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows, *below, ""]))
+    raw = read_raw_recording(tmp_path / "a.csv")
+    is_read(raw)
+    assert any("'Mean', 'End of recording'" in str(note) for note in raw.notes)
+    (tmp_path / "b.csv").write_text("\n".join([head, *rows[:2000], *below, *rows[2000:], ""]))
+    with pytest.raises(InputError, match="line 2002"):
+        read_raw_recording(tmp_path / "b.csv")
+
+
+def test_names_of_matlab_say_their_units(tmp_path):
+    fields = {"fs": 1000.0, "PAP_Pa": PRESSURE / 1e3, "Flow_uLmin": FLOW}
+    savemat(tmp_path / "a.mat", {"rec": {"fs": 1000.0, "PAP_kPa": fields["PAP_Pa"], "Flow_uL_per_min": FLOW}})
+    is_read(read_raw_recording(tmp_path / "a.mat"))
+    savemat(tmp_path / "b.mat", {"t_ms": 3.0 * np.arange(40), "p_kPa": 0.133322 * cycle(15.0), "q_mLmin": cycle(60.0)})
+    one = read_recording(tmp_path / "b.mat")
+    assert (one.period, one.mean_pressure, one.flow.mean()) == pytest.approx((0.12, 15.0, 1.0))
+
+
+def test_numbered_columns_without_a_unit_are_called_as_they_are_in_the_file(tmp_path):
+    head = ",".join(["id", *(f"p_{i}" for i in range(40)), *(f"q_{i} [ml/s]" for i in range(40))])
+    (tmp_path / "a.csv").write_text("\n".join([head, ",".join(["m1", *map(str, [*cycle(15.0), *cycle(10.0)])]), ""]))
+    with pytest.raises(InputError, match="'p_0 to p_39' has no unit"):
+        read_recording(tmp_path / "a.csv", subject_row="m1", period=0.1)
+
+
+def test_an_archive_is_named_by_what_it_holds(tmp_path):
+    with zipfile.ZipFile(tmp_path / "a.zip", "w") as archive:
+        archive.writestr("pig/raw.csv", "time [s],pressure [mmHg]\n")
+        archive.writestr("__MACOSX/raw.csv", "x")
+    with pytest.raises(InputError, match=r"holds pig/raw\.csv; unpack it"):
+        read_raw_recording(tmp_path / "a.zip")
+    import gzip
+
+    (tmp_path / "a.csv.gz").write_bytes(gzip.compress(io.BytesIO(b"time\n" * 99).read()))
+    with pytest.raises(InputError, match="gzip; unpack it"):
+        read_raw_recording(tmp_path / "a.csv.gz")
