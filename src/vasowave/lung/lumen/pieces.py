@@ -24,7 +24,7 @@ BRANCHES = look_kind(
 COMPARABLE_SHARE, MAX_COMPARED = 0.1, 8
 """A piece with a larger share of the voxels of the largest may be another tree; of the so many largest, one that
 branches is the tree beside a holder, which may be many times its size."""
-COARSE_EDGE, MIN_ENDS, MORE_ENDS = 96, 4, 2.0
+COARSE_EDGE, MIN_ENDS, MORE_ENDS = 96, 3, 2.0
 """Pieces are cut across on a grid of so many voxels; a tree falls into so many spots, and so many times as many."""
 MIN_CUT_SHARE = 0.5
 """Cuts through less than this share of the mean area graze a wall, which noise breaks into spots."""
@@ -95,5 +95,5 @@ def _spots_across(voxels: np.ndarray) -> int:
         spots, _ = ndimage.label(planes, within)
         area = planes.sum(axis=(1, 2))
         cuts = spots[area >= MIN_CUT_SHARE * area.mean()]
-        counts.append(np.quantile([len(np.unique(plane[plane > 0])) for plane in cuts], 0.9))
+        counts.append(np.quantile([len(np.unique(plane[plane > 0])) for plane in cuts], 0.95))
     return int(max(counts))

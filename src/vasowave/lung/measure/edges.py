@@ -164,7 +164,7 @@ def _not_excluded(vessels: Sequence[_Bins], plain: OptimizeResult) -> float:
     """
     scale = max(1.0, 2 * plain.cost / sum(len(vessel.level) for vessel in vessels))
     for width in reversed(RULES.hidden_widths):
-        fit = _fitted(vessels, None, beside=(RULES.hidden_level, width))
+        fit = _fitted(vessels, None, second_step=(RULES.hidden_level, width))
         if 2 * (fit.cost - plain.cost) < RULES.max_hidden * scale:
             return 0.5 * (1 - float(np.median(fit.x[0::4] / plain.x[0::4])))
     return 0.0
@@ -244,11 +244,11 @@ def _bins(sections: Profile | None, radius: float, spacing: float) -> _Bins | No
 
 
 def _fitted(
-    vessels: Sequence[_Bins], edge: Edge | None, drawn: bool = False, beside: tuple[float, float] = (0.0, 0.0)
+    vessels: Sequence[_Bins], edge: Edge | None, drawn: bool = False, second_step: tuple[float, float] = (0.0, 0.0)
 ) -> OptimizeResult:
     """Return SciPy's fit of level and width of the second step, then of radius, blur, contrast and background of each
     vessel. Without an `edge`, with which it begins, without the first two: of one step alone, or with a wall of the
-    level and width `beside`; `drawn`, a vessel's numbers are drawn to it.
+    level and width of `second_step`; `drawn`, a vessel's numbers are drawn to it.
     """
     grows, shared = edge is None or edge.grows, slice(2 if edge is None else 0, None)
     begin, lowest, highest, scale = (values[shared] for values in _bounds(vessels, edge))
@@ -256,7 +256,7 @@ def _fitted(
     places, values, spread = _drawn_to(edge) if drawn and edge is not None else (np.zeros(0, dtype=int), 0.0, 1.0)
 
     def evaluated(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        x = unknowns if edge is not None else np.concatenate([beside, unknowns])
+        x = unknowns if edge is not None else np.concatenate([second_step, unknowns])
         residual, jacobian = np.zeros(ends[-1]), np.zeros((ends[-1], len(x)))
         for index, bins in enumerate(vessels):
             rows, columns = slice(ends[index], ends[index + 1]), slice(2 + 4 * index, 6 + 4 * index)

@@ -183,8 +183,8 @@ def noise_ratio(measured: Measurement, volume: Volume, lumen: Segmentation) -> f
     vessels or noise; vessels with inclusions, which were filled evenly, do not tell.
     """
     spacing, radius = float(volume.spacing[0]), measured.network.radius
-    told = (radius >= RULES.min_radius * spacing) & (inclusion_shares(measured, lumen) == 0)
-    widest = [row for row in np.argsort(-radius).tolist() if told[row]][: RULES.max_vessels]
+    is_wide = (radius >= RULES.min_radius * spacing) & (inclusion_shares(measured, lumen) == 0)
+    widest = [row for row in np.argsort(-radius).tolist() if is_wide[row]][: RULES.max_vessels]
     differences: list[list[np.ndarray]] = [[], []]
     for row in widest:
         for gathered, lag in zip(differences, RULES.lags, strict=True):
@@ -231,8 +231,8 @@ def _brighter(measured: Measurement, volume: Volume, lumen: Segmentation) -> lis
         return []
     box = tuple(slice(first, first + count) for first, count in zip(lumen.corner, lumen.mask.shape, strict=True))
     grey = ndimage.gaussian_filter(volume.grey[box].astype(np.float32), RULES.smoothing)  # a rim is thin, noise is not
-    apart = np.abs(grey[..., LAG:] - grey[..., :-LAG])[~lumen.mask[..., LAG:] & ~lumen.mask[..., :-LAG]]
-    noise = 1.05 * float(np.median(apart)) if len(apart) else 0.0  # SD of normal noise, by its differences
+    differences = np.abs(grey[..., LAG:] - grey[..., :-LAG])[~lumen.mask[..., LAG:] & ~lumen.mask[..., :-LAG]]
+    noise = 1.05 * float(np.median(differences)) if len(differences) else 0.0  # SD of normal noise, by its differences
     margin = lumen.background + RULES.noise_margin * noise
     bright = np.argwhere(lumen.mask & (grey > margin + (1 + RULES.min_excess) * typical))
     contrast = np.fmax([np.median(_levels_at(line, grey, lumen)) for line in measured.tree.lines], typical)
@@ -258,8 +258,8 @@ def _inhabited(kind: FindingKind, owner: np.ndarray, measured: Measurement, spac
     """Return the doubt about the vessels of which the voxels with an `owner` are a share that matters."""
     network, lines = measured.network, measured.tree.lines
     count, share = np.bincount(owner, minlength=len(network)), _shares(owner, measured, spacing)
-    least = RULES.min_bright_share if kind is BRIGHTER else RULES.min_share
-    rows = np.flatnonzero((count >= RULES.min_voxels) & (share > least)).tolist()
+    min_share = RULES.min_bright_share if kind is BRIGHTER else RULES.min_share
+    rows = np.flatnonzero((count >= RULES.min_voxels) & (share > min_share)).tolist()
     if not rows:
         return []
     names = tuple(network.name[row] for row in rows)
