@@ -32,7 +32,9 @@ class EdgeRules:
     max_misfit, gross_misfit : float
         Mean squared misfit, variances, up to which one step explains the profiles; and from which a kernel may.
     min_gain, min_evidence : float
-        A second step has to reduce the misfit by this factor; that of a wall, chi² by so much.
+        A second step has to reduce the misfit by this factor; that of a wall, chi² by so much where it explains all.
+    max_remaining : float
+        Mean squared misfit, variances, of profiles that are explained: those of calcified rims are not.
     min_wall, max_wall : float
         Levels of soft tissue beside agent: 0.22 in an air-filled lung, more where agent is thin. What is brighter is
         a wall only if widths that grow with the vessels explain it better, by the gain, than one width of all.
@@ -64,6 +66,7 @@ class EdgeRules:
     gross_misfit: float = 2.0
     min_gain: float = 1.3
     min_evidence: float = 12.0
+    max_remaining: float = 1.25
     min_wall: float = 0.06
     max_wall: float = 0.34
     min_shadow: float = 0.03
@@ -204,9 +207,10 @@ def _edge(vessels: Sequence[_Bins], plain: OptimizeResult) -> Edge | None:
     )
     grows, best = fits[0]
     level, width = best.x[:2]
-    evidence = 2 * (plain.cost - best.cost) / max(1.0, misfit * best.cost / plain.cost)
-    is_seen = evidence > RULES.min_evidence if grows and level > 0 else best.cost * RULES.min_gain < plain.cost
-    if not is_seen or level < -RULES.max_shadow:
+    remaining = misfit * best.cost / plain.cost
+    explains = grows and level > 0 and remaining < RULES.max_remaining
+    is_seen = explains and 2 * (plain.cost - best.cost) > RULES.min_evidence
+    if not (is_seen or best.cost * RULES.min_gain < plain.cost) or level < -RULES.max_shadow:
         return None
     if -RULES.min_shadow < level < RULES.min_wall:
         return None
