@@ -7,7 +7,7 @@ from scipy import ndimage
 from vasowave import KnownErrors, Network, lung
 from vasowave.base import VasowaveWarning
 from vasowave.lung import Line, Tree, Volume
-from vasowave.lung.lumen import segment
+from vasowave.lung.lumen import segment, without_inclusions
 from vasowave.lung.measure import measured_in
 from vasowave.lung.witness import Grade, fault_doubts
 
@@ -86,6 +86,24 @@ def test_a_wall_is_measured_and_no_part_of_the_lumen(wall, level):
     assert 0 < common < 0.05
 
 
+def test_a_wall_in_a_noisy_image_is_measured_though_one_blurred_step_is_nearly_as_likely():
+    measured, doubts, common = seen(noisy(drawn(0.3, 0.25), 22.0))
+    assert list(doubts) == ["image.walls"]
+    assert (np.abs(off(measured)) < 2 * np.hypot(common, measured.grey.sd / measured.network.radius)).all()
+
+
+def test_walls_that_an_image_cannot_show_are_a_common_error_and_named_where_they_may_be_thick():
+    hidden = {}
+    for blur in (0.8, 2.0):
+        measured, doubts, common = seen(noisy(ndimage.gaussian_filter(drawn(0.2, 0.25), np.sqrt(blur**2 - 0.64)), 9.0))
+        hidden[blur] = measured.grey.hidden_wall
+    assert list(doubts) == ["image.hidden-walls"]
+    assert common == hidden[2.0]
+    assert (np.abs(off(measured)) < 2 * np.hypot(common, measured.grey.sd / measured.network.radius)).all()
+    sharp, _, _ = seen(noisy(drawn(), 2.0))
+    assert sharp.grey.hidden_wall < hidden[2.0]
+
+
 @pytest.mark.parametrize(("level", "widening"), [(0.0, 0.0), (0.22, 0.023), (0.4, 0.041)])
 def test_walls_that_only_blur_the_edges_are_an_error_of_all_radii(level, widening):
     radii, fine = np.array([8.0, 7.0, 6.0, 5.0, 4.0]), (np.arange(160 * 4) + 0.5) / 4 - 0.5
@@ -129,9 +147,31 @@ def test_noise_that_is_smoother_than_edges_is_that_of_a_filter():
     assert common > 0.05
 
 
+def test_inclusions_that_were_filled_evenly_are_no_filter():
+    grey = noisy(drawn(), 9.0)
+    for z in range(8, 60, 9):
+        grey[z : z + 5, 15:20, 15:20] -= CONTRAST
+    volume = Volume(grey.astype(np.float32), (VOXEL,) * 3, (0, 0, 0))
+    lumen = segment(volume, 100.0)
+    filled = without_inclusions(volume, lumen.mask, lumen.corner, lumen.inclusions)
+    codes = [fault.doubt.finding.code for fault in fault_doubts(measured_in(TREE, filled), filled, lumen)]
+    assert codes == ["image.inclusions"]
+
+
 def test_what_outshines_the_agent_names_its_vessel():
     _, doubts, _ = seen(noisy(drawn(spots=True)))
     assert doubts["image.brighter-than-agent"].vessels == ("1",)
+
+
+def test_a_rim_that_outshines_the_agent_is_no_double_edge():
+    z, y, x = np.indices(SIZE)
+    away, share = np.hypot(y - 17.0, x - 17.0), drawn() - 40
+    rim = np.clip(1.5 - np.abs(away - 6.5), 0, 1) * (x > 18) * (z > 10) * (z < 56)
+    grey = 40 + share + CONTRAST * ndimage.gaussian_filter(rim, 0.8)
+    _, doubts, common = seen(noisy(grey, 9.0))
+    assert doubts["image.brighter-than-agent"].vessels == ("1",)
+    assert "image.doubled-edges" not in doubts
+    assert common < 0.05
 
 
 def test_fits_and_posteriors_take_a_common_error_that_is_larger_than_usual():
@@ -154,6 +194,19 @@ def test_where_the_largest_piece_does_not_branch_the_tree_is_taken():
         lumen = segment(Volume(grey, (VOXEL,) * 3, (0, 0, 0)), 50.0)
     assert lumen.mask[:, lumen.mask.shape[1] // 2].any()
     assert lumen.origin[1] < 10 * VOXEL
+
+
+def test_a_holder_many_times_as_large_as_the_tree_is_not_taken_for_it():
+    z, y, x = np.indices((70, 70, 70))
+    grey = np.where(np.abs(np.hypot(y - 35, x - 35) - 33) < 3, 90.0, 0.0)  # 14 times the voxels of the tree
+    stem = (np.hypot(y - 35, x - 35) < 2.5) & (z < 20)
+    twigs = [np.hypot(y - 35 - dy * (z - 20), x - 35 - dx * (z - 20)) < 2 for dy, dx in
+             ((0.4, 0.0), (-0.4, 0.0), (0.0, 0.4), (0.0, -0.4))]  # fmt: skip
+    tree = stem | (np.any(twigs, axis=0) & (z >= 20) & (z < 60))
+    grey[tree] = 100.0
+    with pytest.warns(VasowaveWarning, match="does not branch"):
+        lumen = segment(Volume(grey, (VOXEL,) * 3, (0, 0, 0)), 50.0)
+    assert lumen.mask.sum() < 1.3 * tree.sum()
 
 
 def test_the_first_look_says_by_what_factor_the_voxels_are_wrong():

@@ -280,8 +280,8 @@ def test_the_same_uncertainty_of_radii_names_vessels_of_a_large_tree_and_not_tho
 def test_a_tree_most_of_whose_vessels_cannot_be_measured_is_doubted_as_a_whole():
     measured = comb(9)
     half, most = (replace(measured, reliable=np.arange(10) >= short) for short in (5, 6))
-    assert said_of("witness.shattered", half, second=comb(8).tree) == []
-    (doubt,) = said_of("witness.shattered", most, second=comb(8).tree)
+    assert said_of("witness.shattered", half, second=comb(4).tree) == []
+    (doubt,) = said_of("witness.shattered", most, second=comb(4).tree)
     assert (doubt.about, doubt.grade) == ("topology", Grade.WRONG)
     assert len(doubt.vessels) == 6
 
@@ -291,11 +291,12 @@ def test_stumps_of_a_pruned_tree_are_no_ridges():
     assert said_of("witness.shattered", stumps, second=comb(8).tree) == []
 
 
-def test_a_tree_of_stumps_that_its_second_tree_agrees_with_is_looked_at_and_not_called_wrong():
+def test_a_tree_of_stumps_that_its_second_tree_mostly_has_is_looked_at_and_not_called_wrong():
     stumps = replace(comb(9), reliable=np.arange(10) >= 6)
-    assert said_of("witness.shattered", stumps) == []
-    (doubt,) = said_of("witness.stumps", stumps)
-    assert (doubt.grade, len(doubt.vessels)) == (Grade.LOOK, 6)
+    for second in (comb(9).tree, comb(8).tree):  # it may lack one: they are hardly longer than what it prunes
+        assert said_of("witness.shattered", stumps, second=second) == []
+        (doubt,) = said_of("witness.stumps", stumps, second=second)
+        assert (doubt.grade, len(doubt.vessels)) == (Grade.LOOK, 6)
 
 
 def test_a_vessel_is_called_cut_only_where_the_lumen_reaches_the_border(seen):

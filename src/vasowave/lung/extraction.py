@@ -244,7 +244,8 @@ def _found_in(image: Volume, key: str, options: Options, report: Callable[[str],
     of_scale = grey_doubts(levels, measured.network.name, fault_codes)
     faults = faults_beside(faults, bool(levels.offered)) if of_scale else faults
     doubts += (*of_scale, *(fault.doubt for fault in faults))
-    common_sd = max((fault.common_sd for fault in faults), default=0.0)
+    hidden_sd = 0.0 if measured.grey is None else measured.grey.hidden_wall
+    common_sd = max([hidden_sd, *(fault.common_sd for fault in faults)])
     measured = with_common_error(measured, max(common_sd, common_to_radii(levels, fault_codes)))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
     measured = replace(measured, tree=measured.tree.moved(world))

@@ -263,7 +263,7 @@ def _seen(
 def _wrong_size(shown: "_First", volume: Volume, options: Options, ends: tuple[Entrance, ...]) -> str:
     """Return why the size of the voxels is wrong, by the first tree or, without one, by the widest end."""
     if shown.measured is None:
-        if not ends:
+        if not ends or not ends[0].radius > 0:
             return ""
         size = np.array([ends[0].radius])
         network = Network(("widest end",), [-1], size, size)

@@ -21,10 +21,13 @@ BRANCHES = look_kind(
     "{smaller} voxels that does; {remedy}",
     "a seed chooses",
 )
-COMPARABLE_SHARE = 0.1
-"""A piece with a larger share of the voxels of the largest may be the tree."""
-COARSE_EDGE, MIN_ENDS, MORE_ENDS = 96, 4, 2.0
+COMPARABLE_SHARE, MAX_COMPARED = 0.1, 8
+"""A piece with a larger share of the voxels of the largest may be another tree; of the so many largest, one that
+branches is the tree beside a holder, which may be many times its size."""
+COARSE_EDGE, MIN_ENDS, MORE_ENDS = 96, 3, 2.0
 """Pieces are cut across on a grid of so many voxels; a tree falls into so many spots, and so many times as many."""
+MIN_CUT_SHARE = 0.5
+"""Cuts through less than this share of the mean area graze a wall, which noise breaks into spots."""
 
 
 def connected_pieces(
@@ -63,16 +66,18 @@ def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.nda
             )
         return int(labels[matches[0]])
     sizes = np.append(np.bincount(labels), 0)
-    largest, second = np.argsort(sizes)[::-1][:2]
-    if sizes[second] <= COMPARABLE_SHARE * sizes[largest]:
+    largest, second, *smaller = np.argsort(sizes)[::-1][:MAX_COMPARED].tolist()
+    large = max(MIN_PIECE_VOXELS, MIN_PIECE_SHARE * sizes[largest])
+    pieces = [label for label in (largest, second, *smaller) if sizes[label] >= large]
+    if len(pieces) < 2:
         return int(largest)
-    pieces = np.flatnonzero(sizes > COMPARABLE_SHARE * sizes[largest])
-    spots = {label: _spots_across(voxels[labels == label]) for label in pieces.tolist()}
+    spots = {label: _spots_across(voxels[labels == label]) for label in pieces}
     best = max(spots, key=lambda label: spots[label])
     if spots[best] >= max(MIN_ENDS, MORE_ENDS * spots[int(largest)]):
         warn(BRANCHES(larger=int(sizes[largest]), smaller=int(sizes[best])), stacklevel=3)
         return best
-    warn(TWO_TREES(larger=int(sizes[largest]), smaller=int(sizes[second])), stacklevel=3)
+    if sizes[second] > COMPARABLE_SHARE * sizes[largest]:
+        warn(TWO_TREES(larger=int(sizes[largest]), smaller=int(sizes[second])), stacklevel=3)
     return int(largest)
 
 
@@ -88,5 +93,7 @@ def _spots_across(voxels: np.ndarray) -> int:
     for axis in range(3):
         planes = np.moveaxis(coarse, axis, 0)
         spots, _ = ndimage.label(planes, within)
-        counts.append(np.quantile([len(np.unique(plane[plane > 0])) for plane in spots], 0.9))
+        area = planes.sum(axis=(1, 2))
+        cuts = spots[area >= MIN_CUT_SHARE * area.mean()]
+        counts.append(np.quantile([len(np.unique(plane[plane > 0])) for plane in cuts], 0.95))
     return int(max(counts))

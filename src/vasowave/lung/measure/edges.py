@@ -31,8 +31,10 @@ class EdgeRules:
         Of a mean level, beside what noise explains: sections are not quite round, nor blur quite normal.
     max_misfit, gross_misfit : float
         Mean squared misfit, variances, up to which one step explains the profiles; and from which a kernel may.
-    min_gain : float
-        A second step has to reduce the misfit by this factor.
+    min_gain, min_evidence : float
+        A second step has to reduce the misfit by this factor; that of a wall, chi² by so much where it explains all.
+    max_remaining : float
+        Mean squared misfit, variances, of profiles that are explained: those of calcified rims are not.
     min_wall, max_wall : float
         Levels of soft tissue beside agent: 0.22 in an air-filled lung, more where agent is thin. What is brighter is
         a wall only if widths that grow with the vessels explain it better, by the gain, than one width of all.
@@ -40,6 +42,8 @@ class EdgeRules:
         A shadow as deep is one of a kernel; a deeper one is of what lies beside the vessel, as fat or air.
     level_spread, width_spread, blur_spread : float
         Relative SD of a vessel's level, of its wall over the radius, and of its blur, about those of all vessels.
+    hidden_level, hidden_widths, max_hidden
+        Walls of this level and so many radii hide in blur if they raise chi² by less than the last number.
     hidden_share : float
         A wall too thin to be told from blur, as its level may be from 0.2 to 0.4, widens radii by this share of the
         square root by which the variance of the blur grows with the squared radius.
@@ -61,6 +65,8 @@ class EdgeRules:
     max_misfit: float = 0.25
     gross_misfit: float = 2.0
     min_gain: float = 1.3
+    min_evidence: float = 12.0
+    max_remaining: float = 1.25
     min_wall: float = 0.06
     max_wall: float = 0.34
     min_shadow: float = 0.03
@@ -68,6 +74,9 @@ class EdgeRules:
     level_spread: float = 0.03
     width_spread: float = 0.25
     blur_spread: float = 0.1
+    hidden_level: float = 0.25
+    hidden_widths: tuple[float, ...] = (0.1, 0.2, 0.3)
+    max_hidden: float = 4.0
     hidden_share: float = 0.67
     min_hidden: float = 0.01
     min_hidden_vessels: int = 4
@@ -146,9 +155,22 @@ def second_edge(
     if not vessels:
         return None, 0.0
     plain = _fitted(vessels, None)
-    edge = _edge(vessels, plain)
+    if edge := _edge(vessels, plain):
+        return edge, 0.0
     round_to = np.nan_to_num(aspect[[row for row, _ in pairs]], nan=1.0)
-    return edge, 0.0 if edge else _hidden(plain.x[0::4], plain.x[1::4], round_to)
+    return None, max(_hidden(plain.x[0::4], plain.x[1::4], round_to), _not_excluded(vessels, plain))
+
+
+def _not_excluded(vessels: Sequence[_Bins], plain: OptimizeResult) -> float:
+    """Return half of what the thickest wall of soft tissue widens radii by that explains the profiles as one step does:
+    the SD of what may be anything from nothing to that.
+    """
+    scale = max(1.0, 2 * plain.cost / sum(len(vessel.level) for vessel in vessels))
+    for width in reversed(RULES.hidden_widths):
+        fit = _fitted(vessels, None, second_step=(RULES.hidden_level, width))
+        if 2 * (fit.cost - plain.cost) < RULES.max_hidden * scale:
+            return 0.5 * (1 - float(np.median(fit.x[0::4] / plain.x[0::4])))
+    return 0.0
 
 
 def _hidden(radius: np.ndarray, blur: np.ndarray, aspect: np.ndarray) -> float:
@@ -180,11 +202,15 @@ def _edge(vessels: Sequence[_Bins], plain: OptimizeResult) -> Edge | None:
         *([(True, (0.5, 0.3)), (False, (-0.1, 2.5)), (False, (0.4, 2.5))] if misfit > RULES.gross_misfit else []),
     ]
     fits = sorted(
-        ((grows, _fitted(vessels, Edge(*start, grows, 1.0))) for grows, start in starts), key=lambda pair: pair[1].cost
+        ((grows, _fitted(vessels, Edge(*start, grows, 1.0))) for grows, start in starts),
+        key=lambda pair: pair[1].cost,
     )
     grows, best = fits[0]
     level, width = best.x[:2]
-    if best.cost * RULES.min_gain > plain.cost or level < -RULES.max_shadow:
+    remaining = misfit * best.cost / plain.cost
+    explains = grows and level > 0 and remaining < RULES.max_remaining
+    is_seen = explains and 2 * (plain.cost - best.cost) > RULES.min_evidence
+    if not (is_seen or best.cost * RULES.min_gain < plain.cost) or level < -RULES.max_shadow:
         return None
     if -RULES.min_shadow < level < RULES.min_wall:
         return None
@@ -221,18 +247,20 @@ def _bins(sections: Profile | None, radius: float, spacing: float) -> _Bins | No
     )
 
 
-def _fitted(vessels: Sequence[_Bins], edge: Edge | None, drawn: bool = False) -> OptimizeResult:
+def _fitted(
+    vessels: Sequence[_Bins], edge: Edge | None, drawn: bool = False, second_step: tuple[float, float] = (0.0, 0.0)
+) -> OptimizeResult:
     """Return SciPy's fit of level and width of the second step, then of radius, blur, contrast and background of each
-    vessel. Without an `edge`, with which it begins, of one step alone and without the first two; `drawn`, a
-    vessel's numbers are drawn to it.
+    vessel. Without an `edge`, with which it begins, without the first two: of one step alone, or with a wall of the
+    level and width of `second_step`; `drawn`, a vessel's numbers are drawn to it.
     """
-    grows, shared = edge is not None and edge.grows, slice(2 if edge is None else 0, None)
+    grows, shared = edge is None or edge.grows, slice(2 if edge is None else 0, None)
     begin, lowest, highest, scale = (values[shared] for values in _bounds(vessels, edge))
     ends = np.cumsum([0, *(len(bins.level) for bins in vessels)])
     places, values, spread = _drawn_to(edge) if drawn and edge is not None else (np.zeros(0, dtype=int), 0.0, 1.0)
 
     def evaluated(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        x = unknowns if edge is not None else np.concatenate([(0.0, 0.0), unknowns])
+        x = unknowns if edge is not None else np.concatenate([second_step, unknowns])
         residual, jacobian = np.zeros(ends[-1]), np.zeros((ends[-1], len(x)))
         for index, bins in enumerate(vessels):
             rows, columns = slice(ends[index], ends[index + 1]), slice(2 + 4 * index, 6 + 4 * index)

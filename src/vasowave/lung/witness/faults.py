@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from vasowave.base.findings import FindingKind
+from vasowave.lung.lumen.levels import LAG
 from vasowave.lung.lumen.segmentation import Segmentation
 from vasowave.lung.measure.measurement import Measurement
 from vasowave.lung.measure.radii import GUESSED_SHARE
@@ -33,23 +35,31 @@ class FaultRules:
         smoothed the noise and spared the edges.
     min_excess, noise_margin : float
         Brighter than the agent is what exceeds it by this share of the contrast and so many SD of the noise.
-    min_share, min_voxels
-        Of a vessel's voxels, from which on those that are too bright, or dark inclusions, matter.
+    smoothing : float
+        Levels are smoothed before, SD.
+    min_share, min_bright_share, min_voxels
+        Of a vessel's voxels, from which on dark inclusions, or those that are too bright, matter: of a thin bright rim
+        blur leaves the brightest alone.
+    min_hidden : float
+        Walls that may widen radii by so much are named; of thinner ones, a tenth of a radius, hardly any image is free.
     filter_sd, double_sd : float
         Common error of the radii with a filter and with doubled edges: what they moved radii of known vessels by.
     """
 
-    min_radius: float = 6.0
+    min_radius: float = 5.0
     margin: float = 1.8
-    max_vessels: int = 4
+    max_vessels: int = 6
     core: int = 2
     lags: tuple[int, int] = (2, 4)
     min_pairs: int = 150
     max_filtered: float = 0.75
     min_excess: float = 0.12
     noise_margin: float = 3.0
+    smoothing: float = 0.5
     min_share: float = 0.01
+    min_bright_share: float = 0.005
     min_voxels: int = 20
+    min_hidden: float = 0.015
     filter_sd: float = 0.08
     double_sd: float = 0.1
 
@@ -65,8 +75,8 @@ WALLS = doubt_kind(
 HIDDEN_WALLS = doubt_kind(
     "image.hidden-walls",
     Grade.UNCERTAIN,
-    _ALL + "edges of wide vessels are less sharp than those of thin ones, as walls make them that are too thin to be "
-    "told from blur; they may widen the radii by {percent:.1f} %: {remedy}",
+    _ALL + "walls too thin to be told from blur may stand beside the lumen and widen the radii by {percent:.1f} % "
+    "(1 SD): {remedy}",
     "scan finer, or compare a cannula or a vessel of known diameter",
 )
 SHARPENED = doubt_kind(
@@ -121,21 +131,26 @@ def fault_doubts(measured: Measurement, volume: Volume, lumen: Segmentation) -> 
     if grey is None:
         return []
     faults, spacing = list[Fault](), float(volume.spacing[0])
-    if (edge := grey.edge) is not None:
+    brighter = _brighter(measured, volume, lumen)
+    edge = grey.edge
+    if edge is not None and edge.kind == "double" and brighter:  # no center of rotation makes what outshines the agent
+        edge = None
+    if edge is not None:
         numbers = {"level": edge.level, "depth": -edge.level, "width": edge.width, "voxels": edge.width}
         kind = {"wall": WALLS, "shadow": SHARPENED, "double": DOUBLED}[edge.kind]
         changed = float(np.nanmedian(np.abs(1 / grey.share - 1)))
         finding = kind(percent=100 * changed, **numbers)
         common_sd = RULES.double_sd if edge.kind == "double" else GUESSED_SHARE * changed
         faults.append(Fault(Doubt("radius", finding, names), common_sd))
-    elif grey.hidden_wall:
+    elif grey.hidden_wall > RULES.min_hidden:
         finding = HIDDEN_WALLS(percent=100 * grey.hidden_wall)
         faults.append(Fault(Doubt("radius", finding, names), grey.hidden_wall))
-    ratio = noise_ratio(measured, volume) if edge is None or edge.kind == "wall" else None  # else its blur is another
+    same_blur = edge is None or edge.kind == "wall"
+    ratio = noise_ratio(measured, volume, lumen) if same_blur else None
     if ratio is not None and ratio < RULES.max_filtered * _unfiltered(grey.blur / spacing):
         faults.append(Fault(Doubt("radius", FILTERED(), names), RULES.filter_sd))
     if edge is None or edge.kind != "shadow":
-        faults += map(Fault, _brighter(measured, volume, lumen))
+        faults += map(Fault, brighter)
     faults += map(Fault, inclusion_doubts(measured, lumen))
     return faults
 
@@ -161,22 +176,23 @@ def faults_beside(faults: Sequence[Fault], cannula_agrees: bool) -> list[Fault]:
     return [fault for fault in faults if fault.doubt.finding.code not in explained]
 
 
-def noise_ratio(measured: Measurement, volume: Volume) -> float | None:
+def noise_ratio(measured: Measurement, volume: Volume, lumen: Segmentation) -> float | None:
     """Return how much less voxels within the widest vessels differ over the short lag than over the long one.
 
     Differences are those from the mean of both neighbors, which a slope of the agent does not know. None without wide
-    vessels or noise.
+    vessels or noise; vessels with inclusions, which were filled evenly, do not tell.
     """
     spacing, radius = float(volume.spacing[0]), measured.network.radius
-    widest = [row for row in np.argsort(-radius)[: RULES.max_vessels] if radius[row] >= RULES.min_radius * spacing]
+    is_wide = (radius >= RULES.min_radius * spacing) & (inclusion_shares(measured, lumen) == 0)
+    widest = [row for row in np.argsort(-radius).tolist() if is_wide[row]][: RULES.max_vessels]
     differences: list[list[np.ndarray]] = [[], []]
     for row in widest:
         for gathered, lag in zip(differences, RULES.lags, strict=True):
             gathered.append(_differences(measured.tree.lines[row], float(radius[row]), volume, lag))
     short, long = (np.concatenate(gathered) if gathered else np.empty(0) for gathered in differences)
-    if min(len(short), len(long)) < RULES.min_pairs or not np.median(np.abs(long)) > 0:
+    if min(len(short), len(long)) < RULES.min_pairs or not np.abs(long).max() > 0:
         return None
-    return float((np.median(np.abs(short)) / np.median(np.abs(long))) ** 2)
+    return float((np.abs(short).mean() / np.abs(long).mean()) ** 2)  # a median knows steps of whole levels alone
 
 
 def _differences(line: Line, radius: float, volume: Volume, lag: int) -> np.ndarray:
@@ -213,14 +229,22 @@ def _brighter(measured: Measurement, volume: Volume, lumen: Segmentation) -> lis
     typical = float(np.nanmedian(measured.grey.contrast))
     if not typical > 0:
         return []
-    margin = lumen.background + RULES.noise_margin * lumen.noise
     box = tuple(slice(first, first + count) for first, count in zip(lumen.corner, lumen.mask.shape, strict=True))
-    grey = volume.grey[box]
+    grey = ndimage.gaussian_filter(volume.grey[box].astype(np.float32), RULES.smoothing)  # a rim is thin, noise is not
+    differences = np.abs(grey[..., LAG:] - grey[..., :-LAG])[~lumen.mask[..., LAG:] & ~lumen.mask[..., :-LAG]]
+    noise = 1.05 * float(np.median(differences)) if len(differences) else 0.0  # SD of normal noise, by its differences
+    margin = lumen.background + RULES.noise_margin * noise
     bright = np.argwhere(lumen.mask & (grey > margin + (1 + RULES.min_excess) * typical))
-    contrast = np.fmax(measured.grey.contrast, typical)
+    contrast = np.fmax([np.median(_levels_at(line, grey, lumen)) for line in measured.tree.lines], typical)
     owner = _owners(bright, measured, lumen)
     above = grey[tuple(bright.T)] > margin + (1 + RULES.min_excess) * contrast[owner]
     return _inhabited(BRIGHTER, owner[(owner >= 0) & above], measured, lumen.spacing)
+
+
+def _levels_at(line: Line, grey: np.ndarray, lumen: Segmentation) -> np.ndarray:
+    """Return the levels of the crop above the background along an axis, which rims of a vessel leave as they are."""
+    voxels = np.round((line.points - lumen.origin) / lumen.spacing).astype(int)
+    return np.asarray(grey[tuple(np.clip(voxels, 0, np.array(grey.shape) - 1).T)] - lumen.background)
 
 
 def _owners(voxels: np.ndarray, measured: Measurement, lumen: Segmentation) -> np.ndarray:
@@ -234,7 +258,8 @@ def _inhabited(kind: FindingKind, owner: np.ndarray, measured: Measurement, spac
     """Return the doubt about the vessels of which the voxels with an `owner` are a share that matters."""
     network, lines = measured.network, measured.tree.lines
     count, share = np.bincount(owner, minlength=len(network)), _shares(owner, measured, spacing)
-    rows = np.flatnonzero((count >= RULES.min_voxels) & (share > RULES.min_share)).tolist()
+    min_share = RULES.min_bright_share if kind is BRIGHTER else RULES.min_share
+    rows = np.flatnonzero((count >= RULES.min_voxels) & (share > min_share)).tolist()
     if not rows:
         return []
     names = tuple(network.name[row] for row in rows)

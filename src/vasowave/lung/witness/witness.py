@@ -12,7 +12,7 @@ from vasowave.lung.measure.measurement import Measurement
 from vasowave.lung.tree import Tree, free_stretches
 from vasowave.lung.witness.doubts import About, Doubt, Grade, doubt_kind
 from vasowave.lung.witness.skeleton import Branches
-from vasowave.lung.witness.topology import SHORT, crossing_doubts, topology_doubts
+from vasowave.lung.witness.topology import NOT_SEEN, SHORT, crossing_doubts, topology_doubts
 
 LENGTH, RADIUS = 0.10, 0.05
 """A vessel is named if so many SD of its length (`LENGTH_DEVIATIONS`) or radius (`CHANCE`) exceed this share."""
@@ -24,6 +24,8 @@ MAX_SHORT_SHARE = 0.5
 """A tree with a larger share of vessels that are too short to be measured is doubted as a whole."""
 MAX_SHORT_INNER_SHARE = 0.25
 """False branches cut vessels into pieces, too: without so large a share among those that divide, stumps are stumps."""
+MAX_LOST_SHARE, MAX_UNEVEN_SHARE = 0.5, 0.25
+"""Ridges are those of vessels that are not round, and a second tree lacks them; of stumps it lacks a few."""
 UNEVEN = 0.06
 """A lumen whose surface lies so far from a round tube (`surface_misfit`) is named; round ones show 0.01 to 0.04."""
 MIN_CONTRAST_SHARE = 0.7
@@ -40,7 +42,7 @@ STUMPS = doubt_kind(
     "witness.stumps",
     Grade.LOOK,
     "vessel(s) {vessels}: most of the tree is too short between junctions to be measured, as stumps of a pruned tree "
-    "are; a second tree of the lumen agrees: {remedy}",
+    "are; a second tree of the lumen has nearly all of them: {remedy}",
     "look whether they are vessels",
 )
 _VESSELS = "vessel(s) {vessels}: "
@@ -114,8 +116,8 @@ def doubts_about(
     """
     min_lengths = measured.network.length - LENGTH_DEVIATIONS * measured.length_sd
     doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, min_lengths)
-    contradicted = any(doubt.finding.code != SHORT.code for doubt in doubts)
-    doubts += crossing_doubts(measured.tree) + (_shattered(measured, contradicted) if all_ends else [])
+    ridges = _has_ridges(measured.tree, doubts, misfit)
+    doubts += crossing_doubts(measured.tree) + (_shattered(measured, ridges) if all_ends else [])
     return (
         *doubts,
         *_cut(measured, lumen),
@@ -125,15 +127,21 @@ def doubts_about(
     )
 
 
-def _shattered(measured: Measurement, contradicted: bool) -> list[Doubt]:
-    """Return the doubt about a tree most of whose vessels are too short to be measured: ridges taken for branches if a
-    second tree contradicts it, else perhaps stumps.
-    """
+def _has_ridges(tree: Tree, doubts: list[Doubt], misfit: np.ndarray) -> bool:
+    """Return whether ridges may be taken for branches, by the surface (`misfit`) and by a second tree's `doubts`."""
+    lost = sum(len(doubt.vessels) for doubt in doubts if doubt.finding.code == NOT_SEEN.code)
+    otherwise = any(doubt.finding.code not in (SHORT.code, NOT_SEEN.code) for doubt in doubts)
+    is_uneven = np.mean(np.nan_to_num(misfit) > UNEVEN) > MAX_UNEVEN_SHARE
+    return bool(otherwise or is_uneven or lost >= MAX_LOST_SHARE * len(tree.terminals))
+
+
+def _shattered(measured: Measurement, ridges: bool) -> list[Doubt]:
+    """Return the doubt about a tree most of whose vessels are too short to be measured: ridges, or perhaps stumps."""
     short, terminals = ~measured.reliable, list(measured.tree.terminals)
     if short.mean() <= MAX_SHORT_SHARE or np.delete(short, terminals).mean() <= MAX_SHORT_INNER_SHARE:
         return []
     names = tuple(measured.network.name[row] for row in np.flatnonzero(short))
-    finding = SHATTER(short=len(names), vessels=len(short)) if contradicted else STUMPS(vessels=", ".join(names))
+    finding = SHATTER(short=len(names), vessels=len(short)) if ridges else STUMPS(vessels=", ".join(names))
     return [Doubt("topology", finding, names)]
 
 
