@@ -176,17 +176,15 @@ def _likely(components: Sequence[Component], rng: np.random.Generator) -> tuple[
 
 def _cloud(component: Component, rng: np.random.Generator) -> _Cloud:
     log_drawn = component.surrogate.log_drawn
-    halves, values, independent = [], [], 0.0
-    for walkers in (component.walkers[::2], component.walkers[1::2]):
-        ensemble = moved(log_drawn, walkers, RULES.steps, rng)
-        late = slice(int(RULES.burn_in_share * len(ensemble.points)), None)
-        independent += worth(ensemble.points[late])
-        halves.append(ensemble.points[late].reshape(-1, walkers.shape[1]))
-        values.append(ensemble.log_density[late].ravel())
-    together = np.concatenate(values)
+    ensemble = moved(log_drawn, component.walkers, RULES.steps, rng, groups=2)
+    first = int(RULES.burn_in_share * len(ensemble.points))
+    walks = [ensemble.points[first:, half::2] for half in (0, 1)]
+    halves = [walk.reshape(-1, walk.shape[-1]) for walk in walks]
+    together = np.concatenate([ensemble.log_density[first:, half::2].ravel() for half in (0, 1)])
     integral, error = log_integral(log_drawn, np.concatenate(halves), together, rng)
     log_ratio = (1 / DRAWN_POWER - 1) * together  # log posterior density over the drawn one
     evidence = integral + float(logsumexp(log_ratio)) - np.log(len(log_ratio))
+    independent = sum(map(worth, walks))
     return _Cloud((halves[0], halves[1]), independent, integral, error, float(evidence))
 
 

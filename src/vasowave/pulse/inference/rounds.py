@@ -183,12 +183,14 @@ def _learned(
     return Surrogate(emulator, target.measured, target.noise.narrowed(residuals))
 
 
-def moved(log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.random.Generator) -> Ensemble:
-    """Let the walkers move; those that the emulator cannot answer start from places of others."""
+def moved(
+    log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.random.Generator, groups: int = 1
+) -> Ensemble:
+    """Let groups of walkers move; those that the emulator cannot answer start from places of others."""
     lost = ~np.isfinite(log_density(walkers))
     begin = walkers.copy()
     begin[lost] = walkers[rng.choice(np.flatnonzero(~lost), int(lost.sum()))]
-    return sample(log_density, begin, steps, rng)
+    return sample(log_density, begin, steps, rng, groups=groups)
 
 
 def log_error(target: Target, foretold: np.ndarray, points: np.ndarray, outputs: np.ndarray, power: float) -> float:
