@@ -250,7 +250,7 @@ def _drawn(components: Sequence[Component], clouds: Sequence[_Cloud], draws: int
 def _simulated(target: Target, components: Sequence[Component], drawn: _Drawn) -> _Drawn:
     """Simulate draws, batch by batch, until the emulators, which learn from each, foretell those of one.
 
-    They then speak for the draws that are left, unless the weights of all or of the simulated ones say otherwise.
+    They then speak for the draws that are left, unless weights cannot be trusted or a draw could not be simulated.
     """
     points, batches = drawn.points, max(1, len(drawn.points) // RULES.batch_draws)
     outputs, foretold = _foretold(components, drawn)
@@ -267,7 +267,7 @@ def _simulated(target: Target, components: Sequence[Component], drawn: _Drawn) -
             outputs = np.where(known[:, np.newaxis], outputs, emulated)
         log_true = target.log_likelihood(outputs) + log_prior(points)
         drawn = drawn._replace(outputs=outputs, log_true=log_true)
-        if error <= RULES.max_log_error and drawn.weights.trusted:
+        if np.isfinite(simulated).all() and error <= RULES.max_log_error and drawn.weights.trusted:
             break
     return drawn
 
