@@ -221,8 +221,8 @@ class _Drawn(NamedTuple):
     @property
     def weights(self) -> ImportanceWeights:
         """The weights of all draws, with the longer tail of theirs and those of the simulated ones."""
-        every, simulated = self.weighted(), self.weighted(self.simulated)
-        return every._replace(k_hat=max(every.k_hat, simulated.k_hat)) if not simulated.trusted else every
+        weights, simulated = self.weighted(), self.weighted(self.simulated)
+        return weights if simulated.trusted else weights._replace(k_hat=max(weights.k_hat, simulated.k_hat))
 
 
 def _drawn(components: Sequence[Component], clouds: Sequence[_Cloud], draws: int, rng: np.random.Generator) -> _Drawn:
@@ -256,15 +256,15 @@ def _simulated(target: Target, components: Sequence[Component], drawn: _Drawn) -
     outputs, foretold = _foretold(components, drawn)
     for batch in range(batches):
         rows = np.arange(len(points)) % batches == batch  # of all components and halves
-        known = drawn.simulated | rows
+        done = drawn.simulated | rows
         simulated = simulated_at(target, points[rows])
         missed, outputs[rows] = simulated - outputs[rows], simulated
         error = log_error(target, foretold[rows], points[rows], simulated, DRAWN_POWER)
-        drawn = drawn._replace(simulated=known, outputs=outputs, missed=missed, log_error=error)
+        drawn = drawn._replace(simulated=done, outputs=outputs, missed=missed, log_error=error)
         if batch < batches - 1:
             components = _taught(target, components, drawn, rows)
             emulated, foretold = _foretold(components, drawn)
-            outputs = np.where(known[:, np.newaxis], outputs, emulated)
+            outputs = np.where(done[:, np.newaxis], outputs, emulated)
         log_true = target.log_likelihood(outputs) + log_prior(points)
         drawn = drawn._replace(outputs=outputs, log_true=log_true)
         if np.isfinite(simulated).all() and error <= RULES.max_log_error and drawn.weights.trusted:

@@ -106,11 +106,11 @@ def climb(
     for _ in range(RULES.max_steps):
         neighbors = point + step * np.eye(len(point))
         if sloping is None:
-            base, beside = y, simulate(neighbors)
-            history.append((neighbors, beside))
+            base, changed = y, simulate(neighbors)
+            history.append((neighbors, changed))
         else:
-            base, *beside = sloping(np.vstack([point, neighbors]))
-        mean, root = _normal(noise, measured, point, y, np.nan_to_num((np.array(beside) - base) / step).T)
+            base, changed = np.split(sloping(np.vstack([point, neighbors])), [1])
+        mean, root = _normal(noise, measured, point, y, np.nan_to_num((changed - base) / step).T)
         better = _better(simulate, measured, noise, point, height, mean)
         if better is None:
             break
