@@ -176,8 +176,30 @@ def test_points_that_cannot_be_simulated_have_no_weight():
         found[points[:, 0] > 0.8] = np.nan
         return found
 
-    explored = explored_by(target(half, white(2.0)), 12, 100)
+    explored = explored_by(target(half, white(2.0)), 12, 400)
     assert np.all(weighted(explored)[explored.points[:, 0] > 0.8] == 0.0)
+
+
+def batches_of(simulate):
+    """Return how many batches of 80 of 400 draws were simulated."""
+    asked = []
+
+    def counting(points):
+        asked.append(len(points))
+        return simulate(points)
+
+    explored_by(target(counting, white(0.3)), 13)
+    return asked.count(80)
+
+
+def test_draws_that_the_emulator_foretells_are_not_simulated():
+    assert batches_of(bent) == 1
+
+
+@pytest.mark.validation
+def test_draws_that_the_emulator_does_not_foretell_are_all_simulated():
+    batches = batches_of(lambda points: linear(points) + 0.4 * np.sin(40 * points[:, :1]))
+    assert batches in {5, 10, 15}  # all of one to three tries
 
 
 def test_the_same_seed_gives_the_same_draws():

@@ -5,7 +5,7 @@ errors at points left out, which have a closed form.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import combinations_with_replacement, product
 
@@ -77,6 +77,8 @@ class Emulator:
         Of the smooth rest, in local coordinates.
     error : array, shape (output,)
         Root-mean-square error at points left out.
+    scale : array, shape (output,)
+        Errors of the outputs that count as equally bad.
     """
 
     coordinates: Coordinates
@@ -88,6 +90,7 @@ class Emulator:
     coefficients: np.ndarray
     lengths: np.ndarray
     error: np.ndarray
+    scale: np.ndarray
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Return the outputs at points, shape (point, output)."""
@@ -104,6 +107,12 @@ class Emulator:
     def local(self, points: np.ndarray) -> np.ndarray:
         """Return local coordinates, shape (point, unknown)."""
         return (self.coordinates(points) - self.center) @ self.to_local
+
+    def knowing(self, points: np.ndarray, outputs: np.ndarray) -> "Emulator":
+        """Return an emulator of the same lengths that was learned from other simulations."""
+        local, base = self.local(points), outputs.mean(axis=0)
+        weights, coefficients, error = _fitted(local, (outputs - base) / self.scale, self.lengths, self.scale)
+        return replace(self, local_points=local, base=base, weights=weights, coefficients=coefficients, error=error)
 
     @cached_property
     def reach(self) -> float:
@@ -141,14 +150,20 @@ def fit_emulator(
     center, spread = positions.mean(axis=0), np.atleast_2d(np.cov(positions.T))
     to_local = np.linalg.inv(np.linalg.cholesky(spread + 1e-9 * np.diag(np.diag(spread)))).T
     local, base = (coordinates(points) - center) @ to_local, outputs.mean(axis=0)
-    target = (outputs - base) / scale
     begin = np.full(points.shape[1], RULES.initial_length) if lengths is None else lengths
-    chosen = _chosen(local[-RULES.length_simulations :], target[-RULES.length_simulations :], begin)
-    fits = [_regression(local, target, decay, chosen) for decay in RULES.decays]
+    latest = slice(-RULES.length_simulations, None)
+    chosen = _chosen(local[latest], (outputs[latest] - base) / scale, begin)
+    weights, coefficients, missed = _fitted(local, (outputs - base) / scale, chosen, scale)
+    return Emulator(coordinates, center, to_local, local, base, weights, coefficients, chosen, missed, scale)
+
+
+def _fitted(
+    local: np.ndarray, target: np.ndarray, lengths: np.ndarray, scale: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return weights, coefficients and errors of the outputs, of the decay that foretells better."""
+    fits = [_regression(local, target, decay, lengths) for decay in RULES.decays]
     weights, coefficients, missed = min(fits, key=lambda fit: float(np.sum(fit[2] ** 2)))
-    return Emulator(
-        coordinates, center, to_local, local, base, weights * scale, coefficients * scale, chosen, missed * scale
-    )
+    return weights * scale, coefficients * scale, missed * scale
 
 
 def _chosen(local: np.ndarray, target: np.ndarray, lengths: np.ndarray) -> np.ndarray:

@@ -37,21 +37,31 @@ class Ensemble:
 
 
 def sample(
-    log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.random.Generator, keep_every: int = 10
+    log_density: LogDensity,
+    walkers: np.ndarray,
+    steps: int,
+    rng: np.random.Generator,
+    keep_every: int = 10,
+    groups: int = 1,
 ) -> Ensemble:
-    """Move walkers, shape (walker, unknown), an even number from 4, and return every `keep_every`-th step."""
+    """Move walkers, shape (walker, unknown), and return every `keep_every`-th step.
+
+    Walker i belongs to the group i modulo `groups`, and no group knows of another; each has an even number from 4.
+    """
     x, log = walkers.copy(), log_density(walkers)
     half, count = len(x) // 2, x.shape[1]
     points, logs, accepted = [], [], 0
     for step in range(1, steps + 1):
         for moved_half, other_half in ((slice(0, half), slice(half, None)), (slice(half, None), slice(0, half))):
             moving, partners = x[moved_half], x[other_half]
-            partner = rng.integers(len(partners), size=len(moving))
+            group, members = np.arange(len(moving)) % groups, len(partners) // groups
+            partner = groups * rng.integers(members, size=len(moving)) + group
             if step % _STRETCH_PERIOD == 0:
                 z = ((_STRETCH_SCALE - 1) * rng.random(len(moving)) + 1) ** 2 / _STRETCH_SCALE
                 proposed, factor = partners[partner] + z[:, np.newaxis] * (moving - partners[partner]), z ** (count - 1)
             else:
-                further = (partner + rng.integers(1, len(partners), size=len(moving))) % len(partners)  # another one
+                onward = groups * rng.integers(1, members, size=len(moving))  # to another one
+                further = (partner + onward) % len(partners)
                 by = _DIFFERENCE_SCALE / np.sqrt(count) * (partners[partner] - partners[further])
                 proposed, factor = moving + by, np.ones(len(moving))
             density = log_density(proposed)

@@ -51,6 +51,11 @@ class MixtureRules:
         Modes that are explored.
     max_overlap : float
         Probability that may belong to either of two components, above which they are ends of one mode.
+    batch_draws : int
+        Draws that are simulated at a time, and teach the emulators.
+    max_log_error : float
+        SD of the error of the log-likelihood of draws that the emulators did not know, up to which they speak for the
+        draws that are left.
     """
 
     steps: int = 400
@@ -60,6 +65,8 @@ class MixtureRules:
     min_component_share: float = 0.1
     max_modes: int = 3
     max_overlap: float = 0.01
+    batch_draws: int = 80
+    max_log_error: float = 0.35
 
 
 RULES = MixtureRules()
@@ -67,20 +74,20 @@ RULES = MixtureRules()
 
 @dataclass(frozen=True, eq=False)
 class Explored:
-    """Draws of the mixture, simulated, with the weights that make them draws of the posterior.
+    """Draws of the mixture with the weights that make them draws of the posterior.
 
     Attributes
     ----------
     points : array, shape (draw, unknown)
     residuals : array, shape (draw, output)
-        Measured minus simulated.
+        Measured minus simulated, or minus emulated where nothing else was worth it.
     weights : ImportanceWeights
     effective : float
         Independent draws that would be worth as much: few weights are large, and walkers remember.
     missed : array, shape (draw, output)
-        Simulated minus emulated.
+        Simulated minus emulated, of the last draws that were simulated and that the emulators did not know.
     log_error : float
-        SD of the emulators' error of the log-likelihood.
+        SD of the emulators' error of the log-likelihood there.
     log_evidence, log_evidence_error : float
     emulator : Emulator
         Of the likeliest component.
@@ -120,12 +127,11 @@ def explore(target: Target, modes: Sequence[Climbed], rng: np.random.Generator, 
     components = _components(target, modes, rng)
     for tries_left in reversed(range(RULES.max_tries)):
         components, clouds = _likely(components, rng)
-        drawn = _drawn(target, components, clouds, draws, rng)
-        weights = smoothed(drawn.log_ratio(range(len(components))))
-        if weights.trusted or not tries_left:
+        drawn = _simulated(target, components, _drawn(components, clouds, draws, rng))
+        if drawn.weights.trusted or not tries_left:
             break
-        components = [_retaught(target, component, drawn, i) for i, component in enumerate(components)]
-    return _explored(target, components, clouds, modes, drawn, weights)
+        components = _taught(target, components, drawn, drawn.simulated)
+    return _explored(target, components, clouds, modes, drawn)
 
 
 def _components(target: Target, modes: Sequence[Climbed], rng: np.random.Generator) -> list[Component]:
@@ -170,17 +176,15 @@ def _likely(components: Sequence[Component], rng: np.random.Generator) -> tuple[
 
 def _cloud(component: Component, rng: np.random.Generator) -> _Cloud:
     log_drawn = component.surrogate.log_drawn
-    halves, values, independent = [], [], 0.0
-    for walkers in (component.walkers[::2], component.walkers[1::2]):
-        ensemble = moved(log_drawn, walkers, RULES.steps, rng)
-        late = slice(int(RULES.burn_in_share * len(ensemble.points)), None)
-        independent += worth(ensemble.points[late])
-        halves.append(ensemble.points[late].reshape(-1, walkers.shape[1]))
-        values.append(ensemble.log_density[late].ravel())
-    together = np.concatenate(values)
+    ensemble = moved(log_drawn, component.walkers, RULES.steps, rng, groups=2)
+    first = int(RULES.burn_in_share * len(ensemble.points))
+    walks = [ensemble.points[first:, half::2] for half in (0, 1)]
+    halves = [walk.reshape(-1, walk.shape[-1]) for walk in walks]
+    together = np.concatenate([ensemble.log_density[first:, half::2].ravel() for half in (0, 1)])
     integral, error = log_integral(log_drawn, np.concatenate(halves), together, rng)
     log_ratio = (1 / DRAWN_POWER - 1) * together  # log posterior density over the drawn one
     evidence = integral + float(logsumexp(log_ratio)) - np.log(len(log_ratio))
+    independent = sum(map(worth, walks))
     return _Cloud((halves[0], halves[1]), independent, integral, error, float(evidence))
 
 
@@ -194,24 +198,35 @@ def worth(points: np.ndarray) -> float:
 
 
 class _Drawn(NamedTuple):
-    """Simulated draws: the component and the half that each came from, and the logarithms of all densities there."""
+    """Draws: the component and the half that each came from, and the logarithms of the densities there."""
 
     points: np.ndarray
-    outputs: np.ndarray
     component: np.ndarray
     half: np.ndarray
-    log_true: np.ndarray
     log_density: np.ndarray  # of every component, shape (component, draw), with its share of the draws
+    outputs: np.ndarray  # simulated, or emulated
+    simulated: np.ndarray  # which are
+    log_true: np.ndarray
+    missed: np.ndarray  # by the emulators, in the last batch
+    log_error: float  # likewise
 
     def log_ratio(self, components: Sequence[int] | range, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return the true density over that of a mixture of some components, at some draws."""
         return self.log_true[rows] - logsumexp(self.log_density[list(components)][:, rows], axis=0)
 
+    def weighted(self, rows: np.ndarray | slice = slice(None)) -> ImportanceWeights:
+        """Return the weights that make some of the draws draws of the posterior."""
+        return smoothed(self.log_ratio(range(len(self.log_density)), rows))
 
-def _drawn(
-    target: Target, components: Sequence[Component], clouds: Sequence[_Cloud], draws: int, rng: np.random.Generator
-) -> _Drawn:
-    """Simulate draws of every component, the more the likelier it is, from both halves alike."""
+    @property
+    def weights(self) -> ImportanceWeights:
+        """The weights of all draws, with the longer tail of theirs and those of the simulated ones."""
+        weights, simulated = self.weighted(), self.weighted(self.simulated)
+        return weights if simulated.trusted else weights._replace(k_hat=max(weights.k_hat, simulated.k_hat))
+
+
+def _drawn(components: Sequence[Component], clouds: Sequence[_Cloud], draws: int, rng: np.random.Generator) -> _Drawn:
+    """Draw of every component, the more the likelier it is, from both halves alike; nothing is simulated yet."""
     evidence = np.array([source.log_evidence for source in clouds])
     shares = np.maximum(np.exp(evidence - logsumexp(evidence)), RULES.min_component_share)
     counts = np.maximum(np.round(draws * shares / shares.sum() / 2).astype(int), 1)  # of each half
@@ -223,17 +238,56 @@ def _drawn(
     points = np.concatenate([chosen for chosen, _, _ in chunks])
     component = np.concatenate([np.full(len(chosen), i) for chosen, i, _ in chunks])
     half = np.concatenate([np.full(len(chosen), half) for chosen, _, half in chunks])
-    outputs = simulated_at(target, points)
     density = np.array([
         source.surrogate.log_drawn(points) - cloud.log_integral + np.log(np.mean(component == i))
         for i, (source, cloud) in enumerate(zip(components, clouds, strict=True))
     ])  # fmt: skip
-    return _Drawn(points, outputs, component, half, target.log_likelihood(outputs) + log_prior(points), density)
+    nothing = np.empty((len(points), 0))
+    unknown = np.full(len(points), -np.inf)
+    return _Drawn(points, component, half, density, nothing, np.zeros(len(points), bool), unknown, nothing, np.inf)
 
 
-def _retaught(target: Target, component: Component, drawn: _Drawn, number: int) -> Component:
-    rows = drawn.component == number
-    return taught(target, component, drawn.points[rows], drawn.outputs[rows])
+def _simulated(target: Target, components: Sequence[Component], drawn: _Drawn) -> _Drawn:
+    """Simulate draws, batch by batch, until the emulators, which learn from each, foretell those of one.
+
+    They then speak for the draws that are left, unless weights cannot be trusted or a draw could not be simulated.
+    """
+    points, batches = drawn.points, max(1, len(drawn.points) // RULES.batch_draws)
+    outputs, foretold = _foretold(components, drawn)
+    for batch in range(batches):
+        rows = np.arange(len(points)) % batches == batch  # of all components and halves
+        done = drawn.simulated | rows
+        simulated = simulated_at(target, points[rows])
+        missed, outputs[rows] = simulated - outputs[rows], simulated
+        error = log_error(target, foretold[rows], points[rows], simulated, DRAWN_POWER)
+        drawn = drawn._replace(simulated=done, outputs=outputs, missed=missed, log_error=error)
+        if batch < batches - 1:
+            components = _taught(target, components, drawn, rows)
+            emulated, foretold = _foretold(components, drawn)
+            outputs = np.where(done[:, np.newaxis], outputs, emulated)
+        log_true = target.log_likelihood(outputs) + log_prior(points)
+        drawn = drawn._replace(outputs=outputs, log_true=log_true)
+        if np.isfinite(simulated).all() and error <= RULES.max_log_error and drawn.weights.trusted:
+            break
+    return drawn
+
+
+def _foretold(components: Sequence[Component], drawn: _Drawn) -> tuple[np.ndarray, np.ndarray]:
+    """Return emulated outputs and log-likelihoods of draws."""
+    surrogates = [component.surrogate for component in components]
+    outputs = np.array([surrogate.emulator(drawn.points) for surrogate in surrogates])
+    logs = np.array([surrogate.log_likelihood(drawn.points) for surrogate in surrogates])
+    rows = np.arange(len(drawn.points))
+    return outputs[drawn.component, rows], logs[drawn.component, rows]
+
+
+def _taught(target: Target, components: Sequence[Component], drawn: _Drawn, rows: np.ndarray) -> list[Component]:
+    """Return components that know some of the draws."""
+    return [
+        taught(target, component, drawn.points[chosen], drawn.outputs[chosen])
+        for i, component in enumerate(components)
+        for chosen in [rows & (drawn.component == i)]
+    ]
 
 
 def _explored(
@@ -242,13 +296,8 @@ def _explored(
     clouds: Sequence[_Cloud],
     modes: Sequence[Climbed],
     drawn: _Drawn,
-    weights: ImportanceWeights,
 ) -> Explored:
-    foretold, emulated = np.empty(len(drawn.points)), np.empty_like(drawn.outputs)
-    for i, component in enumerate(components):
-        rows = drawn.component == i
-        foretold[rows] = component.surrogate.log_likelihood(drawn.points[rows])
-        emulated[rows] = component.surrogate.emulator(drawn.points[rows])
+    weights = drawn.weights
     ratio = drawn.log_ratio(range(len(components)))
     evidence = float(logsumexp(ratio)) - np.log(len(ratio))
     spread = float(np.std(np.exp(ratio - evidence)) / np.sqrt(len(ratio)))
@@ -258,8 +307,7 @@ def _explored(
     remembered = sum(share**2 / cloud.independent for share, cloud in zip(shares, clouds, strict=True))
     effective = 1 / (1 / weights.effective + remembered)
     return Explored(
-        drawn.points, target.measured - drawn.outputs, weights, effective, drawn.outputs - emulated,
-        log_error(target, foretold, drawn.points, drawn.outputs, DRAWN_POWER),
+        drawn.points, target.measured - drawn.outputs, weights, effective, drawn.missed, drawn.log_error,
         evidence, float(np.hypot(np.linalg.norm(errors), spread)),
         components[int(np.argmax(shares))].surrogate.emulator, sum(component.rounds for component in components),
         separate(drawn.log_density, posterior), _apart(components, modes, drawn, posterior),

@@ -25,9 +25,10 @@ class Diagnostics(NamedTuple):
     effective : float
         Number of independent draws that would be worth as much.
     missed : float
-        Root-mean-square difference between emulated and simulated pressure at the draws, mmHg.
+        Root-mean-square difference between emulated and simulated pressure, mmHg, at draws that were simulated last.
     log_error : float
-        Standard deviation of the emulator's error of the log-likelihood at the draws.
+        Standard deviation of the emulator's error of the log-likelihood there. Up to 0.35 it speaks for the draws that
+        are left.
     log_evidence, log_evidence_error : float
         Logarithm of the probability density of the measured harmonics under this law, and its standard error; of two
         laws, compared at the same harmonics, the exponential of the difference is the Bayes factor.

@@ -79,6 +79,10 @@ class Surrogate:
         outside = (local**2).sum(axis=1) > (_MAX_REACH_RATIO * self.emulator.reach) ** 2
         return np.where(outside, -np.inf, self._log_likelihood(local) + log_prior(points))
 
+    def knowing(self, points: np.ndarray, outputs: np.ndarray) -> "Surrogate":
+        """Return the same, learned from more simulations without a new choice of lengths."""
+        return replace(self, emulator=self.emulator.knowing(points, outputs))
+
     def _log_likelihood(self, local: np.ndarray) -> np.ndarray:
         return self.noise.log_likelihood(self.measured - self.emulator.at(local))
 
@@ -142,10 +146,10 @@ def learn(target: Target, mode: Climbed, rng: np.random.Generator) -> Component:
     return Component(surrogate, points, outputs, walkers, mode.halves, rounds)
 
 
-def taught(target: Target, component: Component, fresh: np.ndarray, outputs: np.ndarray) -> Component:
+def taught(target: Target, component: Component, fresh: np.ndarray, simulated: np.ndarray) -> Component:
     """Return a component that knows further simulations, which lie where it is to be used."""
-    points, outputs = _joined(component.points, component.outputs, fresh, outputs)
-    surrogate = _learned(target, points, outputs, fresh, component.surrogate)
+    points, outputs = _joined(component.points, component.outputs, fresh, simulated)
+    surrogate = component.surrogate.knowing(points, outputs)
     return replace(component, surrogate=surrogate, points=points, outputs=outputs, rounds=component.rounds + 1)
 
 
@@ -179,12 +183,14 @@ def _learned(
     return Surrogate(emulator, target.measured, target.noise.narrowed(residuals))
 
 
-def moved(log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.random.Generator) -> Ensemble:
-    """Let the walkers move; those that the emulator cannot answer start from places of others."""
+def moved(
+    log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.random.Generator, groups: int = 1
+) -> Ensemble:
+    """Let groups of walkers move; those that the emulator cannot answer start from places of others."""
     lost = ~np.isfinite(log_density(walkers))
     begin = walkers.copy()
     begin[lost] = walkers[rng.choice(np.flatnonzero(~lost), int(lost.sum()))]
-    return sample(log_density, begin, steps, rng)
+    return sample(log_density, begin, steps, rng, groups=groups)
 
 
 def log_error(target: Target, foretold: np.ndarray, points: np.ndarray, outputs: np.ndarray, power: float) -> float:

@@ -64,7 +64,8 @@ class Sampling:
     sites: tuple[Any, ...] = ()
     """What was observed elsewhere over the cycle of the recording, an `Observation` each; see `read_sites`."""
     draws: Annotated[int, Ge(40)] = 400
-    """Draws that are simulated and weighted; with fewer than 40 none lies in the 2.5 % at either end."""
+    """Draws that are weighted; with fewer than 40 none lies in the 2.5 % at either end. They are simulated, 80 at a
+    time, until the emulator foretells the likelihood of 80 that it does not know, and then foretells the others'."""
     seed: Annotated[int, Ge(0)] = 0
     """Of everything random; the same seed gives the same result."""
     workers: Annotated[int, Ge(1)] | None = None
@@ -84,7 +85,8 @@ def posterior(
     """Draw what is compatible with a recording: parameters, geometry and structure together.
 
     Polynomials stand for the simulations; they are learned in rounds where the posterior lies. The draws are then
-    simulated and weighted by what the polynomials missed, so that they are draws of the posterior itself. Two halves of
+    weighted by what the polynomials missed, so that they are draws of the posterior itself: simulated until the
+    polynomials, which learn from them, miss little. Two halves of
     the search, which know nothing of each other, begin where the network in the frequency domain sees a chance; every
     mode that either finds is drawn from as often as it is likely, and how far the halves are apart is a diagnostic.
 

@@ -67,11 +67,13 @@ def find_modes(
         starts += [(point, frozenset((half,))) for point in _chosen(linear, measured, wide, looked)]
     for start, found_by in starts:
         try:
-            end = replace(climb(simulate, measured, noise, start, modes), halves=found_by)
+            end = climb(simulate, measured, noise, start, modes, _STEP_SD, linear)
+            if not any(mode.holds(end.middle, end.height) for mode in modes):
+                end = climb(simulate, measured, noise, end.middle, modes)
         except NumericalError as error:
             failure = error
             continue
-        modes = _merged(modes, end)
+        modes = _merged(modes, replace(end, halves=found_by))
     if not modes and failure is not None:
         raise failure
     return sorted(modes, key=lambda mode: -mode.log_evidence(noise, measured))
