@@ -280,9 +280,7 @@ def canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.
     if name != "ecg" and _unconverted(channel):
         if stated_unit is None:
             generic = SetCells(f"Name the unit of {name}", ((f"{column_of(name)} unit", UNKNOWN),))
-            usual = units.CANONICAL[quantity]
-            offer = SetCells(f"The {name} is in {usual}", ((f"{column_of(name)} unit", usual),))
-            raise InputError(_unit_wanted(channel, name), [offer, generic])
+            raise InputError(_unit_wanted(channel, name), [*_usual_units(channel, name), generic])
         return channel.values * units.factor(stated_unit, quantity), [GIVEN_UNIT(name=name, unit=stated_unit)]
     try:
         return channel.values * units.factor(unit, quantity), []
@@ -316,6 +314,17 @@ def _unit_wanted(channel: Channel, name: str) -> str:
         f"{channel.place}: {name} is in {channel.unit}{title}; set the units conversion in the recording program and "
         f"export again, or, if the numbers are {name} already, {advice}"
     )
+
+
+def _usual_units(channel: Channel, name: str) -> list[SetCells]:
+    """Return what the usual units would make of a channel, its mean in each, as cures."""
+    quantity = DIMENSIONS[name]
+    usual, mean = units.CANONICAL[quantity], float(np.nanmean(channel.values))
+    others = {"pressure": ["kPa"], "flow": ["ml/min"]}.get(quantity, [])
+    return [
+        SetCells(f"The {name} is in {unit}: mean {mean * units.factor(unit, quantity):.3g} {usual}",
+                 ((f"{column_of(name)} unit", unit),)) for unit in (usual, *others)
+    ]  # fmt: skip
 
 
 def stretch_of(channel: Channel, values: np.ndarray, start: float | None, end: float | None) -> np.ndarray:

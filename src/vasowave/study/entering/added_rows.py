@@ -173,11 +173,11 @@ def fill_row(row: AddedRow, explicit: set[str]) -> bool:
 
 def shared_remarks(rows: Sequence[AddedRow]) -> list[str]:
     """Return what was decided of recordings, each decision once with the files it is about."""
-    files_by_remark: dict[str, list[str]] = {}
+    files_by_remark: dict[str, dict[str, None]] = {}
     for row in rows:
         for remark in row.recorded.remarks:
-            files_by_remark.setdefault(remark, []).append(row.recorded.files[0].name)
-    return [f"{some_of(files, _MAX_NAMED_FILES)}: {remark}" for remark, files in files_by_remark.items()]
+            files_by_remark.setdefault(remark, {})[row.recorded.files[0].name] = None
+    return [f"{some_of([*files], _MAX_NAMED_FILES)}: {remark}" for remark, files in files_by_remark.items()]
 
 
 def kept_networks(touched: Sequence[AddedRow], networks: Sequence[Path]) -> list[str]:

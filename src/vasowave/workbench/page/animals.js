@@ -100,7 +100,11 @@ function rowsOf(study, row, titles, read, { checked, problems, statusOf }) {
         h(
             "tr",
             { class: "found" },
-            h("td", { colspan: titles.length + read.length + 2 }, h("div", {}, wrong.map(findingOf))),
+            h(
+                "td",
+                { colspan: titles.length + read.length + 2 },
+                h("div", {}, wrong.map((problem) => findingOf(problem, animal))),
+            ),
         ),
     ];
 }
