@@ -105,3 +105,11 @@ def test_an_id_is_found_where_its_word_is_written_out_and_its_number_without_zer
     write(lab / f"{name}.csv", (time, [animal]), ("x",))
     add_files(tmp_path / "study", [lab])
     assert [row.get("sex", "") for row in rows(tmp_path)] == [sex]
+
+
+def test_a_table_of_animals_that_no_file_is_called_by_is_said_to_be_so(tmp_path, signals):
+    lab = folder_of(tmp_path, signals)
+    (lab / "old animals.csv").write_text("ID,Sex\nK1,f\nK2,m\n", "utf-8")
+    said = add_files(tmp_path / "study", [lab]).said
+    assert "old animals.csv: a table of animals (K1 and K2), none of which any file here is called by" in said
+    assert "animals.csv: a table of 3 animals, which tells group, sex" in said

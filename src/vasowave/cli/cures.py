@@ -75,10 +75,10 @@ class Shell:
                 if self.study is None:
                     return " ".join(options)
                 files = [_typed_path(self.study / row[title]) for title in ("recording", "flow") if row.get(title)]
-                beside = [other_row.get("recording") for other_row in self.rows.values()].count(
+                shared = [other_row.get("recording") for other_row in self.rows.values()].count(
                     row.get("recording")
                 ) > 1
-                titles = ("sheet", "subject row", *(["pressure channel"] if beside else []))
+                titles = ("sheet", "subject row", *(["pressure channel"] if shared else []))
                 places = [title for title in titles if row.get(title) and title not in dict(cells)]
                 options += [_option(title, row[title]) for title in places]  # without which another row is meant
                 return " ".join(["vasowave add", study, *(files or ["FILE"]), *options])

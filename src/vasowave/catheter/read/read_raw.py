@@ -320,10 +320,10 @@ def _usual_units(channel: Channel, name: str) -> list[SetCells]:
     """Return what the usual units would make of a channel, its mean in each, as cures."""
     quantity = DIMENSIONS[name]
     usual, mean = units.CANONICAL[quantity], float(np.nanmean(channel.values))
-    others = {"pressure": ["kPa"], "flow": ["ml/min"]}.get(quantity, [])
+    alternatives = {"pressure": ["kPa"], "flow": ["ml/min"]}.get(quantity, [])
     return [
         SetCells(f"The {name} is in {unit}: mean {mean * units.factor(unit, quantity):.3g} {usual}",
-                 ((f"{column_of(name)} unit", unit),)) for unit in (usual, *others)
+                 ((f"{column_of(name)} unit", unit),)) for unit in (usual, *alternatives)
     ]  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from vasowave.study.entering.added_rows import (
     kept_networks,
     missing_cells,
     name_animals,
+    names_of,
     networks_of,
     shared_remarks,
     sheet_groups,
@@ -167,7 +168,10 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     marks, remarks, cures = _grouped([*new, *touched], before.rows, path, settings, options, files.sheets)
     remarks += files.remarks
     in_sheets = [name for sheet in files.sheets for name in told_cells(sheet, new, before.rows, marks)]
-    remarks += [sheet_remark(sheet) for sheet in files.sheets]
+    names = [*(entry.names for entry in entries), *map(names_of, before.rows)]
+    recorded_files = {file for entry in entries for file in entry.recorded.files}  # whose other sheets may be notes
+    remarks += [sheet_remark(sheet, names) for sheet in files.sheets
+                if sheet.file not in recorded_files or any(map(sheet.holds, names))]  # fmt: skip
     serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
         group = entry.cells["group"] or (entry.old or {}).get("group", "")
@@ -189,10 +193,10 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     if (unchanged := len(touched) - len(updated)) > 0:
         remarks.append(f"{unchanged} of these recordings are in the table already, with all this")
     sentences = dict.fromkeys([*copies, *shared_remarks([*new, *updated]), *remarks])
-    names = tuple(dict.fromkeys([*(entry.old["animal"] for entry in updated if entry.old), *in_sheets]))
+    changed = tuple(dict.fromkeys([*(entry.old["animal"] for entry in updated if entry.old), *in_sheets]))
     if any(not row.get("network") for row in concerned):
         cures += [SetCells("Name the network", (("network", UNKNOWN),))]
-    return RowPlan(contents, Added(table, tuple(rows), names, tuple(sentences),
+    return RowPlan(contents, Added(table, tuple(rows), changed, tuple(sentences),
                                     (*files.refused, *files.texts), tuple(cures)))  # fmt: skip
 
 

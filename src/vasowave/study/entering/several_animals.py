@@ -22,8 +22,8 @@ def animals_side_by_side(
         titles = [channel.title for channel in channels if quantity_of(channel.title, site) == quantity]
         for title, label in zip(titles, _labels(titles), strict=True):
             of_animal.setdefault(label, {})[quantity] = title
-    whole = all({*_NEEDED} <= {*held} and within(words(label), words(stem)) for label, held in of_animal.items())
-    if not whole or len(of_animal) < 2:
+    complete = all({*_NEEDED} <= {*held} and within(words(label), words(stem)) for label, held in of_animal.items())
+    if not complete or len(of_animal) < 2:
         return {}
     return {label: held for label, held in of_animal.items()
             if all(held.get(quantity) == title for quantity, title in named.items())}  # fmt: skip
@@ -34,6 +34,6 @@ def _labels(titles: Sequence[str]) -> list[str]:
     split = [title.split() for title in titles]
     shortest = min(map(len, split), default=0)
     begun = next((i for i in range(shortest) if len({of_title[i] for of_title in split}) > 1), shortest)
-    left = shortest - begun
-    ended = next((i for i in range(left) if len({of_title[-1 - i] for of_title in split}) > 1), left)
+    length = shortest - begun
+    ended = next((i for i in range(length) if len({of_title[-1 - i] for of_title in split}) > 1), length)
     return [" ".join(of_title[begun : len(of_title) - ended]) for of_title in split]

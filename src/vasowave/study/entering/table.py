@@ -80,10 +80,10 @@ class RecordingIndex:
     def __init__(self, folder: Path, rows: Sequence[dict[str, str]]) -> None:
         self.folder = folder
         files = [(folder / row["recording"], row) for row in rows if row.get("recording")]
-        self.by_place = {(file.resolve(), told): row for file, row in files for told in _told_in_file(row)}
+        self.by_place = {(file.resolve(), key): row for file, row in files for key in _keys_in_file(row)}
         self.lost = {file.name: row for file, row in files if not file.exists()}
-        self.by_content = {(_digest(file), told): row["animal"] for file, row in files if file.is_file()
-                           for told in _told_in_file(row)}  # fmt: skip
+        self.by_content = {(_digest(file), key): row["animal"] for file, row in files if file.is_file()
+                           for key in _keys_in_file(row)}  # fmt: skip
 
     def row_of(self, recorded: Recorded) -> dict[str, str] | None:
         """Return the row of a recording; that of a file that is gone if it had the same name."""
@@ -105,7 +105,7 @@ class RecordingIndex:
         return ""
 
 
-def _told_in_file(row: Mapping[str, str]) -> set[str]:
+def _keys_in_file(row: Mapping[str, str]) -> set[str]:
     """Return by what an animal is found in its file, whatever the case: its row there; the channel of its pressure."""
     subject, channel = (row.get(title, "").strip().casefold() for title in ("subject row", "pressure channel"))
     return {subject, subject or channel}
