@@ -29,7 +29,7 @@ from vasowave.study.entering.added_rows import (
 )
 from vasowave.study.entering.animal_sheet import AnimalSheet
 from vasowave.study.entering.grouping import Proposal, is_reference, parsed_groups, proposed_groups, told_group
-from vasowave.study.entering.sorting import Choosing, Sorted, files_in, is_prose, passed_over, sort_files
+from vasowave.study.entering.sorting import Choosing, Sorted, files_in, passed_over, sort_files
 from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
 from vasowave.study.entering.template import with_groups
 from vasowave.study.folder.animals import read_row
@@ -197,7 +197,7 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     if any(not row.get("network") for row in concerned):
         cures += [SetCells("Name the network", (("network", UNKNOWN),))]
     return RowPlan(contents, Added(table, tuple(rows), changed, tuple(sentences),
-                                    (*files.refused, *files.texts), tuple(cures)))  # fmt: skip
+                                    (*files.refused, *_of_texts(files.texts)), tuple(cures)))  # fmt: skip
 
 
 def _settled(marks: MarksOf, requested: MarksOf, used: set[str], had: set[str]) -> MarksOf:
@@ -244,7 +244,6 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
     own_files = {file.resolve() for file in (table, *(folder / name for name in (RESULTS, REPORT_FOLDER, ONE_BY_ONE)))}
     titles = {title.removesuffix(" channel"): text for title, text in cells.items() if title.endswith(" channel")}
     files = files_in([*paths, *([network] if network else [])], own_files)
-    files = [file for file in files if file in paths or not is_prose(file)]
     block = int(cells["block"]) if cells.get("block", "").isdigit() else None
     choosing = Choosing(titles, block, cells.get("site") or site, cells.get("sheet", ""),
                         cells.get("subject row", ""), bool(cells.get("flow diameter [mm]")))  # fmt: skip
@@ -256,10 +255,15 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
         remark = f"passed over, for no reader has their type (save as .xlsx or CSV): {names}"
         sorted_files = sorted_files._replace(remarks=(remark,))
     if not sorted_files.recordings and not sorted_files.sheets:
-        reasons = "\n".join(f"  {refusal}" for refusal in (*sorted_files.refused, *sorted_files.texts))
+        reasons = "\n".join(f"  {refusal}" for refusal in (*sorted_files.refused, *_of_texts(sorted_files.texts)))
         hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""
         raise InputError(f"no recording among these files{hint}" + (f":\n{reasons}" if reasons else ""))
-    return sorted_files
+    return sorted_files._replace(texts=tuple(file for file in sorted_files.texts if file in paths))
+
+
+def _of_texts(texts: Sequence[Path]) -> list[str]:
+    """Say of texts that were named, or are all there is, that they are nothing of use."""
+    return [f"{file}: a text without numbers, neither a recording nor a network" for file in texts]
 
 
 def _grouped(

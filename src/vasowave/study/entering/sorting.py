@@ -119,7 +119,7 @@ class Sorted(NamedTuple):
     refused: tuple[str, ...]
     remarks: tuple[str, ...] = ()
     sheets: tuple[AnimalSheet, ...] = ()
-    texts: tuple[str, ...] = ()
+    texts: tuple[Path, ...] = ()
 
 
 def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
@@ -189,7 +189,7 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
         if file in samples and file.suffix.lower() not in RECORDINGS.suffixes:
             continue  # read with the header that names it
         if is_prose(file):
-            texts.append(f"{file}: a text without numbers, neither a recording nor a network")
+            texts.append(file)
             continue
         try:
             network = NETWORKS.known(file)
