@@ -63,6 +63,15 @@ def test_two_animals_that_one_file_holds_are_two_rows_each_with_its_channels_and
     assert len(rows(tmp_path)) == 2
 
 
+def test_an_ecg_that_two_animals_of_a_file_share_is_of_both(tmp_path, signals):
+    lab = folder_of(tmp_path, signals)
+    rows_of_file = (lab / "R05_R06.csv").read_text("utf-8").splitlines()
+    wider = [rows_of_file[0] + ",ECG [mV]", *(f"{line},{k % 55 == 0:d}" for k, line in enumerate(rows_of_file[1:]))]
+    (lab / "R05_R06.csv").write_text("\n".join([*wider, ""]), "utf-8")
+    add_files(tmp_path / "study", [lab])
+    assert [(row["animal"], row.get("ecg channel", "")) for row in rows(tmp_path)] == [("R05", ""), ("R06", "")]
+
+
 def test_what_is_said_of_one_of_two_animals_in_a_file_is_written_into_its_row_alone(tmp_path, signals):
     time, (first, (pressure, flow)) = signals
     lab = folder_of(tmp_path, (time, [first, (pressure, flow + 0.03)]))

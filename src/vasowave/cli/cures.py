@@ -75,10 +75,10 @@ class Shell:
                 if self.study is None:
                     return " ".join(options)
                 files = [_typed_path(self.study / row[title]) for title in ("recording", "flow") if row.get(title)]
-                shared = [other_row.get("recording") for other_row in self.rows.values()].count(
-                    row.get("recording")
-                ) > 1
-                titles = ("sheet", "subject row", *(["pressure channel"] if shared else []))
+                rows_of_file = [
+                    other_row for other_row in self.rows.values() if other_row.get("recording") == row.get("recording")
+                ]
+                titles = ("sheet", "subject row", *["pressure channel"][: len(rows_of_file) - 1])
                 places = [title for title in titles if row.get(title) and title not in dict(cells)]
                 options += [_option(title, row[title]) for title in places]  # without which another row is meant
                 return " ".join(["vasowave add", study, *(files or ["FILE"]), *options])

@@ -72,7 +72,7 @@ def told_cells(
 
 def sheet_remark(sheet: AnimalSheet, names: Sequence[Sequence[str]]) -> str:
     """Return what to say of a lab's table of animals, of which each row of a study may have some names."""
-    if not any(sheet.holds(of_row) for of_row in names):
+    if not any(map(sheet.row_of, names)):
         ids = some_of([*sheet.rows], _MAX_NAMED_FILES)
         return f"{sheet.file.name}: a table of animals ({ids}), none of which any file here is called by"
     titles = ", ".join(dict.fromkeys(title for row in sheet.rows.values() for title in row))

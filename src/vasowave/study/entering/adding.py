@@ -171,7 +171,7 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     names = [*(entry.names for entry in entries), *map(names_of, before.rows)]
     recorded_files = {file for entry in entries for file in entry.recorded.files}  # whose other sheets may be notes
     remarks += [sheet_remark(sheet, names) for sheet in files.sheets
-                if sheet.file not in recorded_files or any(map(sheet.holds, names))]  # fmt: skip
+                if sheet.file not in recorded_files or any(map(sheet.row_of, names))]  # fmt: skip
     serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
         group = entry.cells["group"] or (entry.old or {}).get("group", "")

@@ -41,27 +41,19 @@ class AnimalSheet:
         labels = dict.fromkeys(filter(None, (row.get("group", "") for row in self.rows.values())))
         return sorted(labels, key=lambda label: not is_reference(label))
 
-    def holds(self, names: Sequence[str]) -> bool:
-        """Whether one animal has its ID in one of some names."""
-        return len(self._best(names)) == 1
-
     def row_of(self, names: Sequence[str]) -> Mapping[str, str]:
         """Return the cells of the animal whose ID stands in one of its names, the longest; none if two do.
 
         Where none does, ``Rat 8`` is the animal ``R08``: its words begin alike, and its number is the same.
         """
-        best = self._best(names)
-        return self.rows[best[0]] if len(best) == 1 else {}
-
-    def _best(self, names: Sequence[str]) -> list[str]:
-        """Return the longest IDs that stand in some names."""
+        hits: dict[str, int] = {}
         for stands_in in (within, _begins_alike):
             hits = {key: len(words(key)) for key in self.rows
                     if any(stands_in(words(key), words(name)) for name in names)}  # fmt: skip
-            best = [key for key, size in hits.items() if size == max(hits.values())]
-            if best:
-                return best
-        return []
+            if hits:
+                break
+        best = [key for key, size in hits.items() if size == max(hits.values())]
+        return self.rows[best[0]] if len(best) == 1 else {}
 
 
 def _begins_alike(phrase: Sequence[str], many: Sequence[str]) -> bool:

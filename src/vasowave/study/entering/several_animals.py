@@ -21,7 +21,8 @@ def animals_side_by_side(
     for quantity in (*_NEEDED, "ecg"):
         titles = [channel.title for channel in channels if quantity_of(channel.title, site) == quantity]
         for title, label in zip(titles, _labels(titles), strict=True):
-            of_animal.setdefault(label, {})[quantity] = title
+            if quantity in _NEEDED or label in of_animal:  # one ECG is of all
+                of_animal.setdefault(label, {})[quantity] = title
     complete = all({*_NEEDED} <= {*held} and within(words(label), words(stem)) for label, held in of_animal.items())
     if not complete or len(of_animal) < 2:
         return {}

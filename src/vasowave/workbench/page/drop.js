@@ -5,8 +5,7 @@ import { h, input, labelled } from "./dom.js";
 
 /** @typedef {[string, File]} NamedFile */
 
-const NO_DATA =
-    /(^|\/)([.~][^/]*|desktop\.ini|Thumbs\.db|[^/]*\.(docx?|gif|html?|ini|jpe?g|lnk|log|md|odt|pdf|png|pptx?|svg|zip))$/i;
+const NO_DATA = /(^|\/)([.~]|Thumbs\.db$)|\.(docx?|gif|html?|ini|jpe?g|lnk|log|md|odt|pdf|png|pptx?|svg|zip)$/i;
 
 /**
  * Where files are dropped or chosen.
@@ -73,10 +72,7 @@ export async function filesOf(entry, folder) {
  * Files in the order of their names, without hidden ones and those that lie beside recordings and hold no data.
  * @param {NamedFile[]} files
  */
-export const sorted = (files) =>
-    files.toSorted(([a], [b]) => a < b ? -1 : 1).filter(([name]) =>
-        !NO_DATA.test(name) && !name.split("/").some((piece) => piece.startsWith("."))
-    );
+export const sorted = (files) => files.toSorted(([a], [b]) => a < b ? -1 : 1).filter(([name]) => !NO_DATA.test(name));
 
 /**
  * @param {NamedFile[]} given
