@@ -59,7 +59,7 @@ export function tableOf(study, table) {
     const read = [...header.keys()].slice(2).filter((k) => header[k][0] !== "kind");
     const heads = read.map((k) => h("th", {}, header[k][0], header[k][1] ? ` [${header[k][1]}]` : ""));
     const named = titles.map((title) => headOf(study, title));
-    const head = h("tr", {}, named.slice(0, LEAD), h("th", {}), heads, named.slice(LEAD), h("th", {}, "state"));
+    const head = h("tr", {}, named.slice(0, LEAD), h("th", {}), heads, h("th", {}, "state"), named.slice(LEAD));
     const body = study.rows.map((row) => rowsOf(study, row, titles, read, table));
     const box = input({ type: "checkbox", checked: more, data: { key: "more" } }, (element) => redraw(element.checked));
     return [
@@ -98,8 +98,8 @@ function rowsOf(study, row, titles, read, { checked, problems, statusOf }) {
             cells.slice(0, LEAD),
             h("td", {}, link, " ", remove),
             read.map((k) => h("td", { class: "words" }, numbers ? numbers[k] : "")),
-            cells.slice(LEAD),
             h("td", { class: "words state" }, statusOf(animal)),
+            cells.slice(LEAD),
         ),
         wrong.length > 0 &&
         h(
