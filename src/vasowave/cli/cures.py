@@ -86,6 +86,8 @@ class Shell:
                 text = text.replace(UNKNOWN, VALUE)
                 if self.study is not None:
                     return f"study.yaml: {key}: {text}"
+                if key.startswith("design."):  # of groups, which one recording has none of
+                    return ""
                 if text in ("true", "false"):
                     return f"--{'' if text == 'true' else 'no-'}{_hyphened(key.rpartition('.')[2])}"
                 return f"--{_hyphened(key.rpartition('.')[2])}={shlex.quote(text.strip('[]').replace(' ', ''))}"
