@@ -74,13 +74,19 @@ class Shell:
                 if self.study is None:
                     return " ".join(options)
                 files = [_typed_path(self.study / row[title]) for title in ("recording", "flow") if row.get(title)]
-                places = [title for title in ("sheet", "subject row") if row.get(title) and title not in dict(cells)]
+                rows_of_file = [
+                    other_row for other_row in self.rows.values() if other_row.get("recording") == row.get("recording")
+                ]
+                titles = ("sheet", "subject row", *["pressure channel"][: len(rows_of_file) - 1])
+                places = [title for title in titles if row.get(title) and title not in dict(cells)]
                 options += [_option(title, row[title]) for title in places]  # without which another row is meant
                 return " ".join(["vasowave add", study, *(files or ["FILE"]), *options])
             case SetSetting(_, key, text):
                 text = text.replace(UNKNOWN, VALUE)
                 if self.study is not None:
                     return f"study.yaml: {key}: {text}"
+                if key.startswith("design."):  # of groups, which one recording has none of
+                    return ""
                 if text in ("true", "false"):
                     return f"--{'' if text == 'true' else 'no-'}{_hyphened(key.rpartition('.')[2])}"
                 return f"--{_hyphened(key.rpartition('.')[2])}={shlex.quote(text.strip('[]').replace(' ', ''))}"

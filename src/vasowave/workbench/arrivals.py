@@ -10,7 +10,8 @@ from pathlib import Path
 from vasowave.base.errors import VasowaveError
 from vasowave.catheter.read.formats import RECORDINGS
 from vasowave.study.entering.adding import Added, add_files
-from vasowave.study.entering.sorting import names_signal, pair_name
+from vasowave.study.entering.animal_sheet import animal_sheet
+from vasowave.study.entering.sorting import is_prose, names_signal, pair_name
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import FOLDERS
 from vasowave.study.folder.rows import FILES
@@ -20,6 +21,8 @@ RECORDED = FOLDERS[1]
 """The folder of a study that is watched, with those in it; so are those in which rows name recordings at first."""
 
 _SETTLED_S = 3.0  # for which a file stays as it is before it counts as whole: a recorder writes while it records
+
+_MAX_SHEET_BYTES = 1 << 20  # of a table of animals
 
 Mark = tuple[int, int]
 """Size of a file, and its time in ns."""
@@ -100,14 +103,21 @@ class Arrivals:
 
 
 def unlisted(desk: Desk) -> list[str]:
-    """Return the names of files in the study's folder of recordings that are in no row."""
+    """Return the names of files in the study's folder of recordings that are in no row and may come into one."""
     place = (desk.folder / RECORDED).resolve()
     files = {*recordings_in(_folders(desk))}
     try:
         free = files - listed(desk, *FILES) if files else set()
     except VasowaveError:  # which stands among the problems
         return []
-    return [f"{RECORDED}/{file.relative_to(place).as_posix()}" for file in sorted(free)]
+    return [f"{RECORDED}/{file.relative_to(place).as_posix()}" for file in sorted(free) if not _beside_rows(file)]
+
+
+def _beside_rows(file: Path) -> bool:
+    """Whether a file is a text or a table of animals, which has done its work when it was added."""
+    with suppress(VasowaveError, OSError):
+        return is_prose(file) or (file.stat().st_size < _MAX_SHEET_BYTES and animal_sheet(file) is not None)
+    return False
 
 
 def recordings_in(folders: Collection[Path]) -> dict[Path, Mark]:

@@ -13,7 +13,6 @@ from vasowave.base.io.files import alone_in, check_writable, made_inside, make_f
 from vasowave.base.io.textfile import look
 from vasowave.base.runtime.writing import flush
 from vasowave.catheter.read.formats import RECORDINGS
-from vasowave.lung.read.formats import VOLUMES
 from vasowave.pulse.network_formats import NETWORKS
 from vasowave.study.entering.adding import Added, add_files
 from vasowave.study.entering.table import read_rows
@@ -165,9 +164,7 @@ def place_of(desk: Desk, name: str) -> Path:
         raise InputError(f"'{name[:80]}' is no name of a file inside this study; rename it and drop it again")
     image, suffixes = is_image(Path(name)), {*RECORDINGS.suffixes, *NETWORKS.suffixes}
     if not image and PurePosixPath(name).suffix.lower() not in suffixes:
-        raise InputError(
-            f"{components[-1]}: files that are read end in {', '.join(sorted({*suffixes, *VOLUMES.suffixes}))}"
-        )
+        raise InputError(f"{components[-1]}: no reader has its type; save it as .xlsx or CSV, and drop it again")
     place = PurePosixPath(IMAGES, components[-1]) if image else PurePosixPath(_RECORDINGS, *components)
     path = desk.inside(str(place))
     make_folder(desk.folder)

@@ -71,6 +71,7 @@ def shown(desk: Desk) -> dict[str, Any]:
         "files": FILES,
         "words": _WORDS,
         "titles": list(titles),
+        "header": [list(column) for column in HEADER],
         "rows": rows,
         "networks": [*_files(desk, "networks"), *_extracted(desk)],
         "problems": [_problem(problem, rows) for problem in problems],
@@ -100,7 +101,6 @@ def checked(desk: Desk) -> dict[str, Any]:
     rows = [dict(row) for row in read_rows(desk.table).rows] if desk.table.is_file() else []
     return {
         "problems": [_problem(problem, rows) for problem in report.problems],
-        "header": [list(column) for column in HEADER],
         "read": {animal.animal: list(animal.row()) for animal in report.read},
     }
 

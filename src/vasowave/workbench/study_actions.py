@@ -36,12 +36,15 @@ def new(workplace: Workplace, groups: tuple[Name, ...] = ("CTL", "HPH"), species
 
 @action("add-files")
 def add(
-    workplace: Workplace, files: Annotated[list[Name], MinLen(1), MaxLen(10_000)], group: str = ""
+    workplace: Workplace,
+    files: Annotated[list[Name], MinLen(1), MaxLen(10_000)],
+    group: str = "",
+    species: SpeciesName = "mouse",
 ) -> Mapping[str, Any]:
-    """Write a row for every recording among files that were dropped into the study."""
+    """Write a row for every recording among files that were dropped into the study; a new one is of a species."""
     desk = workplace.desk
     if not desk.file.exists():
-        new_study(desk.folder)
+        new_study(desk.folder, species=species)
     places = [desk.inside(file) for file in files]
     with desk.changing("add files", desk.table, desk.file) as change:
         added = add_files(desk.folder, places, group=group)

@@ -2,6 +2,7 @@
 import { deepEqual, equal, rejects } from "node:assert/strict";
 import { ownTitles, problemsOf, shownTitles, wordsOf } from "../../../src/vasowave/workbench/page/animals.js";
 import { filesOf, sorted } from "../../../src/vasowave/workbench/page/drop.js";
+import { remedyIn } from "../../../src/vasowave/workbench/page/findings.js";
 /** @import { Problem } from "../../../src/vasowave/workbench/page/answers.d.ts" */
 
 /** @returns {Problem} */
@@ -42,6 +43,20 @@ Deno.test("groups, networks and columns of words are chosen, with nothing first"
         ["", "cycle", "raw"],
         undefined,
     ]);
+});
+
+Deno.test("what is said of several animals opens the one in whose row it is pressed", () => {
+    const remedy = { label: "Fill the cell", changes: "Type 'network' of A", open: "A", type: "network" };
+    deepEqual(remedyIn(remedy, "B"), { ...remedy, changes: "Type 'network' of B", open: "B" });
+    deepEqual(remedyIn(remedy), remedy);
+    deepEqual(remedyIn({ label: "", changes: "", acts: [] }, "B"), { label: "", changes: "", acts: [] });
+});
+
+Deno.test("pictures, documents and what a system hides beside recordings stay behind", () => {
+    const file = new File([], "");
+    const names = ["lab/desktop.ini", "Thumbs.db", "plan.docx", "~$animals.xlsx", "a.txt", "lab/scan.nrrd", "b.xlsx"];
+    const left = sorted(names.map((name) => [name, file]));
+    deepEqual(left.map(([name]) => name), ["a.txt", "b.xlsx", "lab/scan.nrrd"]);
 });
 
 Deno.test("files go in the order of their names, hidden ones stay behind", () => {

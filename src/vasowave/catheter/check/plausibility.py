@@ -184,7 +184,8 @@ def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float, site: str 
     if period < 0.25 and site == PULMONARY and not slowest <= flow.mean() <= fastest:
         findings.append(ODD_FLOW(mean=float(flow.mean()), rate=60 / period))
     level, mean = resting_flow(flow), float(flow.mean())
-    if _MAX_REST_FLOW_SHARE * mean < abs(level) < _MIN_STEADY_FLOW_SHARE * mean:
+    limit = np.inf if site == PULMONARY else _MIN_STEADY_FLOW_SHARE  # no blood flows all the time through its valve
+    if _MAX_REST_FLOW_SHARE * mean < abs(level) < limit * mean:
         findings.append(FLOW_OFF_ZERO(level=level, percent=100 * level / mean, mean=mean - level))
     return [*findings, *odd_timing(pressure, flow, period)]
 

@@ -23,7 +23,7 @@ from vasowave.catheter.signals.channels import Block, Channel, Comment
 from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.catheter.signals.interventions import comment_findings
 from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording
-from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE, UNIT_REPLACED, unit_cures
+from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE, UNIT_REPLACED
 
 _MAX_LENGTH_DIFFERENCE = 0.01  # two channels of a block last equally long within this share and two samples
 
@@ -279,7 +279,8 @@ def canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.
         return channel.values * units.factor(stated_unit, quantity), [*notes]
     if name != "ecg" and _unconverted(channel):
         if stated_unit is None:
-            raise InputError(_unit_wanted(channel, name), unit_cures(column_of(name), quantity))
+            generic = SetCells(f"Name the unit of {name}", ((f"{column_of(name)} unit", UNKNOWN),))
+            raise InputError(_unit_wanted(channel, name), [*_usual_units(channel, name), generic])
         return channel.values * units.factor(stated_unit, quantity), [GIVEN_UNIT(name=name, unit=stated_unit)]
     try:
         return channel.values * units.factor(unit, quantity), []
@@ -313,6 +314,17 @@ def _unit_wanted(channel: Channel, name: str) -> str:
         f"{channel.place}: {name} is in {channel.unit}{title}; set the units conversion in the recording program and "
         f"export again, or, if the numbers are {name} already, {advice}"
     )
+
+
+def _usual_units(channel: Channel, name: str) -> list[SetCells]:
+    """Return what the usual units would make of a channel, its mean in each, as cures."""
+    quantity = DIMENSIONS[name]
+    usual, mean = units.CANONICAL[quantity], float(np.nanmean(channel.values))
+    alternatives = {"pressure": ["kPa"], "flow": ["ml/min"]}.get(quantity, [])
+    return [
+        SetCells(f"The {name} is in {unit}: mean {mean * units.factor(unit, quantity):.3g} {usual}",
+                 ((f"{column_of(name)} unit", unit),)) for unit in (usual, *alternatives)
+    ]  # fmt: skip
 
 
 def stretch_of(channel: Channel, values: np.ndarray, start: float | None, end: float | None) -> np.ndarray:

@@ -9,6 +9,7 @@ from enum import Enum
 
 import numpy as np
 
+from vasowave.base.cures import SetSetting
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, look_kind
 from vasowave.pulse.inference.known_errors import SHARED_SOURCES
@@ -74,6 +75,7 @@ UNEQUAL = look_kind(
     "design.column-unequal",
     "'{column}' differs between the groups ({table}) and is not in the design: what differs may be due to it; {remedy}",
     "name it under covariates, unless the disease itself changes it",
+    SetSetting("Adjust the groups for {column}", "design.covariates", "[{covariates}]"),
 )
 _ALIKE_TEXT = (
     "'{column}' is not in the design ({table}), and animals of one {column} may be alike: if they share {percent:.0f} "
@@ -160,7 +162,7 @@ def _in_groups(
     if role is not Role.COVARIATE and max(counts.values()) > 1 and not one_each:
         unit = role is Role.UNIT or _nested(variable, words, counts)
         return _of_unit(variables, variable, design, rows, words) if unit else iter(())
-    return _of_covariate(variable, words) if role is not None else iter(())
+    return _of_covariate(variable, words, design.covariates) if role is not None else iter(())
 
 
 def _again(variable: Variable) -> Iterator[Finding]:
@@ -172,8 +174,10 @@ def _again(variable: Variable) -> Iterator[Finding]:
         yield AGAIN(column=variable.name, table="; ".join(again[: COLUMNS.words] + ellipsis))
 
 
-def _of_covariate(variable: Variable, words: Mapping[str, Sequence[str]]) -> Iterator[Finding]:
-    """Yield that words or numbers of the first group are not those of another."""
+def _of_covariate(
+    variable: Variable, words: Mapping[str, Sequence[str]], covariates: Sequence[str]
+) -> Iterator[Finding]:
+    """Yield that words or numbers of the first group are not those of another; `covariates` are in the design."""
     if all(len({*group_words}) == 1 for group_words in words.values()):
         table = ", ".join(f"all {group} are {group_words[0]}" for group, group_words in words.items())
     elif variable.kind == "category":
@@ -200,8 +204,10 @@ def _of_covariate(variable: Variable, words: Mapping[str, Sequence[str]]) -> Ite
             for sample, distance in zip(samples, distances, strict=True)
         )
         unequal = bool((distances >= COLUMNS.distance).any())
-    if disjoint or unequal:
-        yield (AS_GROUP if disjoint else UNEQUAL)(column=variable.name, table=table)
+    if disjoint:
+        yield AS_GROUP(column=variable.name, table=table)
+    elif unequal:
+        yield UNEQUAL(column=variable.name, table=table, covariates=", ".join([*covariates, variable.name]))
 
 
 def _nested(variable: Variable, words: Mapping[str, Sequence[str]], counts: Mapping[str, int]) -> bool:

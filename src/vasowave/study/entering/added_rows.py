@@ -42,12 +42,13 @@ def sheet_groups(
 ) -> list[str]:
     """Return the groups, the reference first, that labs' tables of animals tell of rows that have none yet."""
     names = [entry.names for entry in entries if not (entry.old or {}).get("group")]
-    names += [_names_of(row) for row in before if not row.get("group")]
+    names += [names_of(row) for row in before if not row.get("group")]
     labels = {sheet.row_of(of_row).get("group", "") for sheet in sheets for of_row in names}
     return [label for sheet in sheets for label in sheet.groups if label in labels]
 
 
-def _names_of(row: Mapping[str, str]) -> tuple[str, ...]:
+def names_of(row: Mapping[str, str]) -> tuple[str, ...]:
+    """Return what may hold the ID of the animal of a row: its name, or that of its file."""
     return (row.get("animal", ""), Path(row.get("recording", "")).stem)
 
 
@@ -62,15 +63,18 @@ def told_cells(
         entry.cells.update({title: text for title, text in sheet.row_of(entry.names).items() if title != "group"})
     changed = []
     for row in before:
-        fresh = {title: text for title, text in sheet.row_of(_names_of(row)).items() if text and not row.get(title)
+        fresh = {title: text for title, text in sheet.row_of(names_of(row)).items() if text and not row.get(title)
                  and (title != "group" or text in groups)}  # fmt: skip
         row.update(fresh)
         changed += [row["animal"]] if fresh else []
     return changed
 
 
-def sheet_remark(sheet: AnimalSheet) -> str:
-    """Return what to say of a lab's table of animals."""
+def sheet_remark(sheet: AnimalSheet, names: Sequence[Sequence[str]]) -> str:
+    """Return what to say of a lab's table of animals, of which each row of a study may have some names."""
+    if not any(map(sheet.row_of, names)):
+        ids = some_of([*sheet.rows], _MAX_NAMED_FILES)
+        return f"{sheet.file.name}: a table of animals ({ids}), none of which any file here is called by"
     titles = ", ".join(dict.fromkeys(title for row in sheet.rows.values() for title in row))
     lost = f"; without {', '.join(sheet.passed_over)}, which a study's table cannot have" if sheet.passed_over else ""
     return f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}"
@@ -173,11 +177,11 @@ def fill_row(row: AddedRow, explicit: set[str]) -> bool:
 
 def shared_remarks(rows: Sequence[AddedRow]) -> list[str]:
     """Return what was decided of recordings, each decision once with the files it is about."""
-    files_by_remark: dict[str, list[str]] = {}
+    files_by_remark: dict[str, dict[str, None]] = {}
     for row in rows:
         for remark in row.recorded.remarks:
-            files_by_remark.setdefault(remark, []).append(row.recorded.files[0].name)
-    return [f"{some_of(files, _MAX_NAMED_FILES)}: {remark}" for remark, files in files_by_remark.items()]
+            files_by_remark.setdefault(remark, {})[row.recorded.files[0].name] = None
+    return [f"{some_of([*files], _MAX_NAMED_FILES)}: {remark}" for remark, files in files_by_remark.items()]
 
 
 def kept_networks(touched: Sequence[AddedRow], networks: Sequence[Path]) -> list[str]:

@@ -18,6 +18,7 @@ from vasowave.study.entering.added_rows import (
     kept_networks,
     missing_cells,
     name_animals,
+    names_of,
     networks_of,
     shared_remarks,
     sheet_groups,
@@ -167,7 +168,10 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     marks, remarks, cures = _grouped([*new, *touched], before.rows, path, settings, options, files.sheets)
     remarks += files.remarks
     in_sheets = [name for sheet in files.sheets for name in told_cells(sheet, new, before.rows, marks)]
-    remarks += [sheet_remark(sheet) for sheet in files.sheets]
+    names = [*(entry.names for entry in entries), *map(names_of, before.rows)]
+    recorded_files = {file for entry in entries for file in entry.recorded.files}  # whose other sheets may be notes
+    remarks += [sheet_remark(sheet, names) for sheet in files.sheets
+                if sheet.file not in recorded_files or any(map(sheet.row_of, names))]  # fmt: skip
     serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
         group = entry.cells["group"] or (entry.old or {}).get("group", "")
@@ -189,10 +193,11 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     if (unchanged := len(touched) - len(updated)) > 0:
         remarks.append(f"{unchanged} of these recordings are in the table already, with all this")
     sentences = dict.fromkeys([*copies, *shared_remarks([*new, *updated]), *remarks])
-    names = tuple(dict.fromkeys([*(entry.old["animal"] for entry in updated if entry.old), *in_sheets]))
+    changed = tuple(dict.fromkeys([*(entry.old["animal"] for entry in updated if entry.old), *in_sheets]))
     if any(not row.get("network") for row in concerned):
         cures += [SetCells("Name the network", (("network", UNKNOWN),))]
-    return RowPlan(contents, Added(table, tuple(rows), names, tuple(sentences), files.refused, tuple(cures)))
+    return RowPlan(contents, Added(table, tuple(rows), changed, tuple(sentences),
+                                    (*files.refused, *_of_texts(files.texts)), tuple(cures)))  # fmt: skip
 
 
 def _settled(marks: MarksOf, requested: MarksOf, used: set[str], had: set[str]) -> MarksOf:
@@ -250,10 +255,15 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
         remark = f"passed over, for no reader has their type (save as .xlsx or CSV): {names}"
         sorted_files = sorted_files._replace(remarks=(remark,))
     if not sorted_files.recordings and not sorted_files.sheets:
-        reasons = "\n".join(f"  {refusal}" for refusal in sorted_files.refused)
+        reasons = "\n".join(f"  {refusal}" for refusal in (*sorted_files.refused, *_of_texts(sorted_files.texts)))
         hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""
         raise InputError(f"no recording among these files{hint}" + (f":\n{reasons}" if reasons else ""))
-    return sorted_files
+    return sorted_files._replace(texts=tuple(file for file in sorted_files.texts if file in paths))
+
+
+def _of_texts(texts: Sequence[Path]) -> list[str]:
+    """Say of texts that were named, or are all there is, that they are nothing of use."""
+    return [f"{file}: a text without numbers, neither a recording nor a network" for file in texts]
 
 
 def _grouped(

@@ -42,10 +42,30 @@ class AnimalSheet:
         return sorted(labels, key=lambda label: not is_reference(label))
 
     def row_of(self, names: Sequence[str]) -> Mapping[str, str]:
-        """Return the cells of the animal whose ID stands in one of its names, the longest; none if two do."""
-        hits = {key: len(words(key)) for key in self.rows if any(within(words(key), words(name)) for name in names)}
+        """Return the cells of the animal whose ID stands in one of its names, the longest; none if two do.
+
+        Where none does, ``Rat 8`` is the animal ``R08``: its words begin alike, and its number is the same.
+        """
+        hits: dict[str, int] = {}
+        for stands_in in (within, _begins_alike):
+            hits = {key: len(words(key)) for key in self.rows
+                    if any(stands_in(words(key), words(name)) for name in names)}  # fmt: skip
+            if hits:
+                break
         best = [key for key, size in hits.items() if size == max(hits.values())]
         return self.rows[best[0]] if len(best) == 1 else {}
+
+
+def _begins_alike(phrase: Sequence[str], many: Sequence[str]) -> bool:
+    """Whether words with a number stand in `many` in one piece, shortened, or with other zeros before the number."""
+
+    def alike(word: str, other_word: str) -> bool:
+        if word.isdigit() and other_word.isdigit():
+            return int(word) == int(other_word)
+        return not (word + other_word).isdigit() and (word.startswith(other_word) or other_word.startswith(word))
+
+    pieces = (many[i : i + len(phrase)] for i in range(len(many) - len(phrase) + 1))
+    return any(map(str.isdigit, phrase)) and any(all(map(alike, phrase, piece)) for piece in pieces)
 
 
 def animal_sheet(file: Path) -> AnimalSheet | None:

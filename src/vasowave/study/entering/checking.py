@@ -332,9 +332,10 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
         first = dict[str, AnimalRow]()
         for row in study.animals:
             files = row.recordings if title == "recording" else filter(None, [getattr(row, title)])
-            subject = row.subject_row.casefold() if title == "recording" else ""  # whose row is no other's
+            in_file = row.subject_row or row.pressure_channel  # what tells it from others in its file
+            in_file = in_file.casefold() if title == "recording" else ""
             for content in _contents([*files]):
-                earlier_row = first.setdefault(content + subject, row)
+                earlier_row = first.setdefault(content + in_file, row)
                 if earlier_row is not row and not _meant(row, earlier_row):
                     problems.append(_doubled(study, row, earlier_row, kind, title))
                     break

@@ -11,6 +11,7 @@ from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.io.columns import read_columns
 from vasowave.base.io.spreadsheet import WORKBOOKS
+from vasowave.base.io.textfile import look
 from vasowave.base.sites import PULMONARY
 from vasowave.catheter.read.choosing import Choice, choose, column_of, wanted_titles
 from vasowave.catheter.read.describe import (
@@ -27,6 +28,7 @@ from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
 from vasowave.pulse.network_formats import NETWORKS, UNIT, unit_wanted
 from vasowave.study.entering.animal_sheet import AnimalSheet, animal_sheet
+from vasowave.study.entering.several_animals import animals_side_by_side
 
 _NO_DATA = frozenset({
     ".bmp", ".dcm", ".docx", ".gif", ".htm", ".html", ".ima", ".ini", ".jpeg", ".jpg", ".json", ".log", ".md", ".mha",
@@ -34,6 +36,7 @@ _NO_DATA = frozenset({
     ".tiff", ".vtp", ".xml", ".yaml", ".yml", ".zip",
 })  # fmt: skip
 """Endings of images, texts and programs, which lie beside recordings without a word."""
+_NUMBER = re.compile(r"\s*[\"']?[-+]?[.,]?\d[\d.,]*([eE][-+]?\d+)?[\"']?(?![^\s;,])\s*")
 _SIGNAL_WORDS = {
     "pressure": ("pressure", "press", "druck", "pression", "presion", "pap", "p"),
     "flow": ("flow", "fluss", "debit", "flujo", "q"),
@@ -87,6 +90,8 @@ class Recorded(NamedTuple):
         Of the channels of a continuous recording.
     subject_row : str
         Of a table with a row a subject, as it is written there.
+    beside_others : bool
+        Whether the file holds other animals too, so that the channel of its pressure tells it from them.
     """
 
     name: str
@@ -97,16 +102,24 @@ class Recorded(NamedTuple):
     remarks: tuple[str, ...] = ()
     titles: tuple[str, ...] = ()
     subject_row: str = ""
+    beside_others: bool = False
+
+    @property
+    def in_file(self) -> str:
+        """What tells the animal from others in its file, in lower case; empty where it is the only one."""
+        title = dict(self.channels).get("pressure", "") if self.beside_others else self.subject_row
+        return title.strip().casefold()
 
 
 class Sorted(NamedTuple):
-    """The kinds of a set of files; `refused` says of each other file why it is nothing of use."""
+    """The kinds of a set of files; `refused` says why others are nothing of use, `texts` which are prose."""
 
     networks: tuple[Path, ...]
     recordings: tuple[Recorded, ...]
     refused: tuple[str, ...]
     remarks: tuple[str, ...] = ()
     sheets: tuple[AnimalSheet, ...] = ()
+    texts: tuple[Path, ...] = ()
 
 
 def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
@@ -166,7 +179,7 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
     choosing : Choosing
         What the user said of them.
     """
-    networks, recordings, refused, sheets = [], [], [], []
+    networks, recordings, refused, sheets, texts = [], [], [], [], []
     halves: list[tuple[str, str, Path]] = []
     files = list(files)
     samples = {
@@ -175,6 +188,9 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
     for file in files:
         if file in samples and file.suffix.lower() not in RECORDINGS.suffixes:
             continue  # read with the header that names it
+        if is_prose(file):
+            texts.append(file)
+            continue
         try:
             network = NETWORKS.known(file)
             if network is not None:
@@ -207,13 +223,31 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
                 name = used_block(described, choosing.block).sheet
                 remark = f"its sheet '{name}' is a recording, beside the table of animals"
                 recorded = recorded._replace(remarks=(remark, *recorded.remarks))
-            recordings.append(recorded)
+            recordings += _each_animal(recorded, used_block(described, choosing.block), choosing)
     joined, alone = _joined(halves)
     for half, file in alone:
         missing = "flow" if half == "pressure" else "pressure"
         refused.append(f"{file}: holds the {half} of a cycle alone; the file of its {missing} is not among these")
     recordings += joined
-    return Sorted(tuple(networks), tuple(recordings), tuple(refused), sheets=tuple(sheets))
+    return Sorted(tuple(networks), tuple(recordings), tuple(refused), sheets=tuple(sheets), texts=tuple(texts))
+
+
+def is_prose(file: Path) -> bool:
+    """Whether a file is a text in which no line begins with a number and no cell is one: notes beside recordings."""
+    if file.suffix.lower() != ".txt" or b"\0" in (start := look(file).start):
+        return False
+    lines = start.decode("utf-8", "replace").splitlines()
+    return not any(_NUMBER.match(line) or any(map(_NUMBER.fullmatch, re.split("[;,\t]", line))) for line in lines)
+
+
+def _each_animal(recorded: Recorded, block: BlockDescription, choosing: Choosing) -> list[Recorded]:
+    """Return the recording of each animal that a file holds, one as it is."""
+    animals = animals_side_by_side(recorded.name, block.channels, choosing.site, choosing.titles)
+    if recorded.kind != "raw" or not animals:
+        return [recorded]
+    remark = f"holds several animals, by the titles of its channels: {', '.join(animals)}"
+    return [recorded._replace(name=name, channels=tuple(held.items()), remarks=(remark,), beside_others=True)
+            for name, held in animals.items()]  # fmt: skip
 
 
 def _refuse_volume(file: Path, described: FileDescription) -> None:

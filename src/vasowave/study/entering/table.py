@@ -80,14 +80,15 @@ class RecordingIndex:
     def __init__(self, folder: Path, rows: Sequence[dict[str, str]]) -> None:
         self.folder = folder
         files = [(folder / row["recording"], row) for row in rows if row.get("recording")]
-        self.by_place = {(file.resolve(), _subject(row)): row for file, row in files}
+        self.by_place = {(file.resolve(), key): row for file, row in files for key in _keys_in_file(row)}
         self.lost = {file.name: row for file, row in files if not file.exists()}
-        self.by_content = {(_digest(file), _subject(row)): row["animal"] for file, row in files if file.is_file()}
+        self.by_content = {(_digest(file), key): row["animal"] for file, row in files if file.is_file()
+                           for key in _keys_in_file(row)}  # fmt: skip
 
     def row_of(self, recorded: Recorded) -> dict[str, str] | None:
         """Return the row of a recording; that of a file that is gone if it had the same name."""
         file = recorded.files[0]
-        row = self.by_place.get((file.resolve(), recorded.subject_row.casefold()))
+        row = self.by_place.get((file.resolve(), recorded.in_file))
         if row is None and file.name in self.lost:
             row = self.lost.pop(file.name)
             row["recording"] = seen_from(self.folder, file)
@@ -97,16 +98,17 @@ class RecordingIndex:
 
     def twin_of(self, recorded: Recorded) -> str:
         """Return the animal whose recording has the same bytes; else remember this one."""
-        digest = _digest(recorded.files[0]), recorded.subject_row.casefold()
+        digest = _digest(recorded.files[0]), recorded.in_file
         if digest in self.by_content:
             return self.by_content[digest]
         self.by_content[digest] = recorded.files[0].name
         return ""
 
 
-def _subject(row: Mapping[str, str]) -> str:
-    """Return the name by which a subject is found in its table, whatever its case."""
-    return row.get("subject row", "").strip().casefold()
+def _keys_in_file(row: Mapping[str, str]) -> set[str]:
+    """Return by what an animal is found in its file, whatever the case: its row there; the channel of its pressure."""
+    subject, channel = (row.get(title, "").strip().casefold() for title in ("subject row", "pressure channel"))
+    return {subject, subject or channel}
 
 
 def _digest(file: Path) -> str:

@@ -5,6 +5,8 @@ import { act } from "./ask.js";
 import { button, choice, h, hashOf, input, labelled, rowOf } from "./dom.js";
 import { findingOf } from "./findings.js";
 
+const LEAD = 2; // columns before what was read: the animal and its group
+
 /**
  * @typedef {object} Table what is shown of the animals
  * @property {CheckAnswer | null} checked
@@ -51,12 +53,13 @@ export function shownTitles(study, more) {
  * @param {Table} table
  */
 export function tableOf(study, table) {
-    const { checked, fresh, more, redraw } = table;
+    const { fresh, more, redraw } = table, { header } = study;
     if (!study.rows.length) return h("p", {}, "No animals yet: drop their files above.");
-    const titles = shownTitles(study, more), header = checked?.header ?? [];
+    const titles = shownTitles(study, more);
     const read = [...header.keys()].slice(2).filter((k) => header[k][0] !== "kind");
     const heads = read.map((k) => h("th", {}, header[k][0], header[k][1] ? ` [${header[k][1]}]` : ""));
-    const head = h("tr", {}, titles.map((title) => headOf(study, title)), h("th", {}, "state"), h("th", {}), heads);
+    const named = titles.map((title) => headOf(study, title));
+    const head = h("tr", {}, named.slice(0, LEAD), h("th", {}), heads, h("th", {}, "state"), named.slice(LEAD));
     const body = study.rows.map((row) => rowsOf(study, row, titles, read, table));
     const box = input({ type: "checkbox", checked: more, data: { key: "more" } }, (element) => redraw(element.checked));
     return [
@@ -86,21 +89,27 @@ function rowsOf(study, row, titles, read, { checked, problems, statusOf }) {
         title: `Take ${animal} out of the table`,
         "aria-label": `Remove ${animal}`,
     });
+    const cells = titles.map((title) => cellOf(study, row, title, wrong));
     const link = h("a", { href: `#${hashOf(["recording", animal])}`, "aria-label": `Look at ${animal}` }, "look");
     return [
         h(
             "tr",
             { data: { animal } },
-            titles.map((title) => cellOf(study, row, title, wrong)),
-            h("td", { class: "words state" }, statusOf(animal)),
+            cells.slice(0, LEAD),
             h("td", {}, link, " ", remove),
             read.map((k) => h("td", { class: "words" }, numbers ? numbers[k] : "")),
+            h("td", { class: "words state" }, statusOf(animal)),
+            cells.slice(LEAD),
         ),
         wrong.length > 0 &&
         h(
             "tr",
             { class: "found" },
-            h("td", { colspan: titles.length + read.length + 2 }, h("div", {}, wrong.map(findingOf))),
+            h(
+                "td",
+                { colspan: titles.length + read.length + 2 },
+                h("div", {}, wrong.map((problem) => findingOf(problem, animal))),
+            ),
         ),
     ];
 }

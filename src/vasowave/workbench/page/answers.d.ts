@@ -99,6 +99,8 @@ export interface StudyAnswer {
     files: string[];
     words: Record<string, string[]>;
     titles: string[];
+    /** Title and unit of what is read of every animal. */
+    header: [string, string][];
     rows: Row[];
     networks: string[];
     problems: Problem[];
@@ -112,8 +114,6 @@ export interface StudyAnswer {
 }
 export interface CheckAnswer {
     problems: Problem[];
-    /** Title and unit. */
-    header: [string, string][];
     read: Record<string, string[]>;
 }
 

@@ -5,13 +5,19 @@ import { h, input, labelled } from "./dom.js";
 
 /** @typedef {[string, File]} NamedFile */
 
-/** Where files are dropped or chosen. */
-export function dropZone() {
+const NO_DATA = /(^|\/)([.~]|Thumbs\.db$)|\.(docx?|gif|html?|ini|jpe?g|lnk|log|md|odt|pdf|png|pptx?|svg|zip)$/i;
+
+/**
+ * Where files are dropped or chosen.
+ * @param {() => object} [study] what a study that is made for them is to be, a species
+ */
+export function dropZone(study = () => ({})) {
     const chooser = (/** @type {object} */ attributes, /** @type {string} */ text) =>
         labelled(
             input(
                 { type: "file", multiple: true, ...attributes },
-                ({ files }) => take([...files ?? []].map((file) => [file.webkitRelativePath || file.name, file])),
+                ({ files }) =>
+                    take([...files ?? []].map((file) => [file.webkitRelativePath || file.name, file]), study()),
             ),
             text,
         );
@@ -30,7 +36,7 @@ export function dropZone() {
                 zone.classList.remove("over");
                 const entries = [...event.dataTransfer?.items ?? []].map((item) => item.webkitGetAsEntry?.());
                 const files = entries.flatMap((entry) => entry ? [filesOf(entry, "")] : []);
-                take((await Promise.all(files)).flat());
+                take((await Promise.all(files)).flat(), study());
             },
         },
         "Drop recordings and networks here, or choose ",
@@ -63,18 +69,18 @@ export async function filesOf(entry, folder) {
 }
 
 /**
- * Files in the order of their names, without hidden ones.
+ * Files in the order of their names, without hidden ones and those that lie beside recordings and hold no data.
  * @param {NamedFile[]} files
  */
-export const sorted = (files) =>
-    files.toSorted(([a], [b]) => a < b ? -1 : 1).filter(([name]) =>
-        !name.split("/").some((piece) => piece.startsWith("."))
-    );
+export const sorted = (files) => files.toSorted(([a], [b]) => a < b ? -1 : 1).filter(([name]) => !NO_DATA.test(name));
 
-/** @param {NamedFile[]} files */
-async function take(files) {
-    const names = [], failures = [];
-    for (const [name, file] of sorted(files)) {
+/**
+ * @param {NamedFile[]} given
+ * @param {object} study
+ */
+async function take(given, study) {
+    const names = [], failures = [], files = sorted(given);
+    for (const [name, file] of files) {
         notify(`Copying ${names.length + 1} of ${files.length}: ${name}`);
         try {
             names.push(await upload(name, file));
@@ -86,7 +92,7 @@ async function take(files) {
         notify(failures.join("\n") || "There is no file among these.", true);
         return;
     }
-    const answer = await act("add-files", { files: names });
+    const answer = await act("add-files", { files: names, ...study });
     if (!answer || !failures.length) return;
     notify([...(typeof answer === "string" ? [answer] : answer.said ?? []), ...failures].join("\n"), true);
 }

@@ -6,16 +6,30 @@ import { all, button, h, visit } from "./dom.js";
 
 const LOOK_MS = 100, LOOKS = 50;
 
-/** @param {Finding | Problem} finding */
-export const findingOf = (finding) =>
+/**
+ * @param {Finding | Problem} finding
+ * @param {string} [animal] in whose row it stands
+ */
+export const findingOf = (finding, animal) =>
     h(
         "div",
         { class: `finding${"error" in finding && finding.error ? " bad" : finding.look ? "" : " plain"}` },
         "column" in finding && finding.column ? `${finding.column}: ` : "",
         finding.text,
-        finding.remedies.map(remedyOf),
+        finding.remedies.map((remedy) => remedyOf(remedyIn(remedy, animal))),
         h("small", { class: "code" }, finding.code),
     );
+
+/**
+ * A remedy that opens something of the first of several animals, for the one in whose row it stands.
+ * @param {Remedy} remedy
+ * @param {string} [animal]
+ * @returns {Remedy}
+ */
+export const remedyIn = (remedy, animal) =>
+    animal && remedy.open && remedy.open !== animal
+        ? { ...remedy, open: animal, changes: remedy.changes.replace(remedy.open, animal) }
+        : remedy;
 
 /** @param {Remedy} remedy */
 export const remedyOf = (remedy) => button(remedy.label, () => mend(remedy), { title: remedy.changes });

@@ -44,9 +44,9 @@ async function show(fresh) {
         } else await DESKS[desk].renew(state.room, path, state.answer);
     } catch (error) {
         if (turn !== state.turn) return;
-        complain(error);
         const link = h("a", { href: "#study" }, "To the Study desk");
-        if (fresh) state.room.replaceChildren(h("p", {}, messageOf(error)), h("p", {}, link));
+        if (fresh) state.room.replaceChildren(h("p", { role: "alert" }, messageOf(error)), h("p", {}, link));
+        else complain(error);
     }
     if (turn !== state.turn) return;
     state.open = desk;

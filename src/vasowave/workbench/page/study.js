@@ -135,16 +135,13 @@ function begin({ folder, species }) {
         h(
             "p",
             {},
-            "Drop the folder with your recordings and networks: groups are told by the names of files and " +
-                "folders.",
+            "Choose the species and drop the folder with your recordings and networks: groups are told by the names of " +
+                "files and folders, or by a table of the animals (ID, treatment) among them.",
         ),
-        dropZone(),
+        rowOf(labelled("species", animal)),
+        dropZone(() => ({ species: animal.value })),
         h("p", {}, "Or begin with an empty table:"),
-        rowOf(
-            labelled("groups, the reference first", labels),
-            labelled("species", animal),
-            button("Make an empty study", make),
-        ),
+        rowOf(labelled("groups, the reference first", labels), button("Make an empty study", make)),
     ];
 }
 

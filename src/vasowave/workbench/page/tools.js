@@ -229,12 +229,12 @@ export function findingsIn(place, { findings = [] }) {
     const notes = findings.filter((finding) => !finding.look);
     fill(
         place,
-        findings.filter((finding) => finding.look).map(findingOf),
+        findings.filter((finding) => finding.look).map((finding) => findingOf(finding)),
         findings.length > 0 && h(
             "details",
             {},
             h("summary", {}, "What was noted"),
-            notes.map(findingOf),
+            notes.map((finding) => findingOf(finding)),
         ),
     );
 }
