@@ -142,6 +142,31 @@ def network_workbook(path: Path) -> None:
     book.save(path)
 
 
+def spatial_graph_workbook(path: Path) -> None:
+    """Write the sheets that Amira shows of a spatial graph: two vessels behind a first, three points each."""
+    import openpyxl
+
+    nodes = {1: (1, 2), 2: (2, 3), 3: (2, 4)}
+    sheets = {
+        "Nodes": [["Node ID"], *([node] for node in range(1, 5))],
+        "Points": [
+            ["Point ID", "thickness", "X Coord", "Y Coord", "Z Coord"],
+            *([3 * vessel + i, 400.0 / vessel, 5e3 * i, 1e3 * vessel, 0.0] for vessel in nodes for i in range(3)),
+        ],
+        "Segments": [
+            ["Segment ID", "Node ID #1", "Node ID #2", "Point IDs"],
+            *([vessel, *ends, ",".join(str(3 * vessel + i) for i in range(3))] for vessel, ends in nodes.items()),
+        ],
+    }
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for title, rows in sheets.items():
+        sheet = book.create_sheet(title)
+        for row in rows:
+            sheet.append(row)
+    book.save(path)
+
+
 def svonesolver_input(path: Path) -> None:
     """Write three segments that a joint joins."""
     lines = ["MODEL tree", "JOINT J 1 IN OUT", "JOINTINLET IN 1 0", "JOINTOUTLET OUT 2 1 2"]
@@ -373,6 +398,9 @@ FORMS = {
     "list of edges": _network(listed_edges, "n.edgelist"),
     "node-link JSON": _network(node_link, "n.json"),
     "spatial graph of Amira": _network(spatial_graph, "n.am"),
+    "spatial graph table": _network(
+        spatial_graph_workbook, "n.xlsx", inside_zip(mutate_markup, "sheet2.xml"), unit="um"
+    ),
     "svZeroDSolver network": _network(svzerod_circuit, "n.json"),
     "svZeroDSolver model": Form(
         lambda folder: svzerod_circuit(folder / "m.json"),

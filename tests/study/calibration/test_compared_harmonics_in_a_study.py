@@ -13,6 +13,7 @@ from vasowave.pulse.calibration import Search, compared_part
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import control_network
 
+pytestmark = pytest.mark.filterwarnings("ignore:.*the flow rests")  # waves of a few harmonics, which never do
 PHASE = 2 * np.pi * np.arange(256) / 256
 
 
