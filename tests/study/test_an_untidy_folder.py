@@ -105,7 +105,8 @@ def test_notes_in_a_folder_are_no_broken_recording_and_keep_no_network_from_the_
 
 
 @pytest.mark.parametrize(
-    ("name", "sex"), [("Rat 8", "m"), ("R8", "m"), ("2026 r08 b", "m"), ("Rat 80", ""), ("Dog 8", ""), ("8", "")]
+    ("name", "sex"),
+    [("Rat 8", "m"), ("R8", "m"), ("2026 r08 b", "m"), ("Rat 80", ""), ("Dog 8", ""), ("run 8", ""), ("8", "")],
 )
 def test_an_id_is_found_where_its_word_is_written_out_and_its_number_without_zeros(tmp_path, signals, name, sex):
     time, (animal, _) = signals

@@ -13,8 +13,8 @@ from vasowave.study.folder.animals import columns_of
 from vasowave.study.folder.names import checked_name
 from vasowave.study.folder.rows import COLUMNS, FILES, REQUIRED_COLUMNS
 
-_ID_TITLES = ("animal", "animal id", "id", "animal no", "animal nr", "animal number", "subject", "name", "mouse", "rat",
-              "pig", "rabbit", "dog", "tier", "maus", "ratte", "souris")  # fmt: skip
+_ANIMAL_WORDS = ("animal", "subject", "mouse", "rat", "pig", "rabbit", "dog", "tier", "maus", "ratte", "souris")
+_ID_TITLES = ("animal id", "id", "animal no", "animal nr", "animal number", "name", *_ANIMAL_WORDS)
 _GROUP_TITLES = ("group", "treatment", "gruppe", "groupe", "grupo")
 _MAX_GROUPS = 10  # of a table of animals: a column of more words names no groups
 
@@ -44,7 +44,7 @@ class AnimalSheet:
     def row_of(self, names: Sequence[str]) -> Mapping[str, str]:
         """Return the cells of the animal whose ID stands in one of its names, the longest; none if two do.
 
-        Where none does, ``Rat 8`` is the animal ``R08``: its words begin alike, and its number is the same.
+        Where none does, ``Rat 8`` is the animal ``R08``, whose word for an animal begins alike; ``run 8`` is not.
         """
         hits: dict[str, int] = {}
         for stands_in in (within, _begins_alike):
@@ -57,12 +57,13 @@ class AnimalSheet:
 
 
 def _begins_alike(phrase: Sequence[str], many: Sequence[str]) -> bool:
-    """Whether words with a number stand in `many` in one piece, shortened, or with other zeros before the number."""
+    """Whether words with a number stand in `many`, a word for an animal shortened, the number with other zeros."""
 
     def alike(word: str, other_word: str) -> bool:
         if word.isdigit() and other_word.isdigit():
             return int(word) == int(other_word)
-        return not (word + other_word).isdigit() and (word.startswith(other_word) or other_word.startswith(word))
+        short, long = sorted((word, other_word), key=len)
+        return word == other_word or (long in _ANIMAL_WORDS and not short.isdigit() and long.startswith(short))
 
     pieces = (many[i : i + len(phrase)] for i in range(len(many) - len(phrase) + 1))
     return any(map(str.isdigit, phrase)) and any(all(map(alike, phrase, piece)) for piece in pieces)
