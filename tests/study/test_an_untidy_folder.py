@@ -123,3 +123,14 @@ def test_a_table_of_animals_that_no_file_is_called_by_is_said_to_be_so(tmp_path,
     said = add_files(tmp_path / "study", [lab]).said
     assert "old animals.csv: a table of animals (K1 and K2), none of which any file here is called by" in said
     assert "animals.csv: a table of 3 animals, which tells group, sex" in said
+
+
+def test_a_table_that_comes_later_tells_each_animal_of_a_file_of_two_its_own(tmp_path, signals):
+    lab = folder_of(tmp_path, signals)
+    sheet = next(file for file in lab.iterdir() if file.read_bytes() == SHEET.encode())
+    sheet.unlink()
+    add_files(tmp_path / "study", [lab])
+    sheet.write_text("ID,Treatment,Sex\nR06,MCT,f\nR09,MCT,m\n")
+    add_files(tmp_path / "study", [sheet])
+    sex = {row["animal"]: row.get("sex", "") for row in rows(tmp_path)}
+    assert (sex["R05"], sex["R06"]) == ("", "f")

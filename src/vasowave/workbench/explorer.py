@@ -166,13 +166,16 @@ class Explorer:
         """
         result, fitted, _ = self.fitted(desk, animal, law)
         _require_near(fitted, values)
-        factors = {name: values[name] / held for name, held in _movable(fitted).items() if name in values and held}
+        held = _movable(fitted)
+        if fixed := [name for name in values if not held.get(name)]:
+            raise InputError(f"{fixed[0]}: what the fit holds at 0, or does not know, has no factor; leave it out")
+        factors = {name: value / held[name] for name, value in values.items()}
         if not any(abs(factor - 1) > _SLIP for factor in factors.values()):
             raise InputError("nothing differs from the fit; move a slider first")
 
         def remodel(model: Model) -> Model:
-            held = _movable(model)
-            return changed_model(model, {name: factor * held[name] for name, factor in factors.items()})
+            values_of_model = _movable(model)
+            return changed_model(model, {name: factor * values_of_model[name] for name, factor in factors.items()})
 
         prediction = predict(stored_fit(result, law), {}, remodel=remodel, draws=_PREDICTED_DRAWS)
         table = prediction.table

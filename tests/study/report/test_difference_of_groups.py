@@ -75,6 +75,18 @@ def test_a_lung_of_each_animals_own_adds_nothing(results):
     assert made.of_images == ()
 
 
+def test_an_image_of_some_animals_moves_their_share_of_the_mean_whichever_pair_is_typical(results):
+    cells = {result.name: "c" if result.group == "CTL" else "shared" for result in results}
+    moved = []
+    for single in ("HPH 1", "HPH 2", "HPH 3"):
+        words = Variable.from_cells("image", cells | {single: "one"})
+        [made] = attributed(gathered(results, "CTL", variables=[words])).changes
+        moved.append([of_image.shares.loc["pPAP", "geometry"] for of_image in made.of_images])
+    shared = np.abs(moved)[:, 1]
+    assert shared.min() > 0
+    assert shared.max() < 1.5 * shared.min()
+
+
 def test_the_page_names_what_is_shown_and_what_is_not(cohort):
     [(question, text)] = attribution_answer(cohort)
     assert question == "What makes the difference?"

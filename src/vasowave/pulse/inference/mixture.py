@@ -209,6 +209,7 @@ class _Drawn(NamedTuple):
     log_true: np.ndarray
     missed: np.ndarray  # by the emulators, in the last batch
     log_error: float  # likewise
+    log_offset: float  # of the log-likelihood that they foretold there, on average
 
     def log_ratio(self, components: Sequence[int] | range, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """Return the true density over that of a mixture of some components, at some draws."""
@@ -244,7 +245,9 @@ def _drawn(components: Sequence[Component], clouds: Sequence[_Cloud], draws: int
     ])  # fmt: skip
     nothing = np.empty((len(points), 0))
     unknown = np.full(len(points), -np.inf)
-    return _Drawn(points, component, half, density, nothing, np.zeros(len(points), bool), unknown, nothing, np.inf)
+    return _Drawn(
+        points, component, half, density, nothing, np.zeros(len(points), bool), unknown, nothing, np.inf, np.nan
+    )
 
 
 def _simulated(target: Target, components: Sequence[Component], drawn: _Drawn) -> _Drawn:
@@ -260,16 +263,24 @@ def _simulated(target: Target, components: Sequence[Component], drawn: _Drawn) -
         simulated = simulated_at(target, points[rows])
         missed, outputs[rows] = simulated - outputs[rows], simulated
         error = log_error(target, foretold[rows], points[rows], simulated, DRAWN_POWER)
-        drawn = drawn._replace(simulated=done, outputs=outputs, missed=missed, log_error=error)
+        offset = _log_offset(target, simulated, missed)
+        drawn = drawn._replace(simulated=done, outputs=outputs, missed=missed, log_error=error, log_offset=offset)
         if batch < batches - 1:
             components = _taught(target, components, drawn, rows)
             emulated, foretold = _foretold(components, drawn)
             outputs = np.where(done[:, np.newaxis], outputs, emulated)
         log_true = target.log_likelihood(outputs) + log_prior(points)
         drawn = drawn._replace(outputs=outputs, log_true=log_true)
-        if np.isfinite(simulated).all() and error <= RULES.max_log_error and drawn.weights.trusted:
+        if np.isfinite(outputs[done]).all() and error <= RULES.max_log_error and drawn.weights.trusted:
             break
     return drawn
+
+
+def _log_offset(target: Target, simulated: np.ndarray, missed: np.ndarray) -> float:
+    """Return how much larger the log-likelihood of emulated outputs is than that of simulated ones, on average."""
+    good = np.isfinite(simulated).all(axis=1)
+    emulated, true = (target.log_likelihood(outputs[good]) for outputs in (simulated - missed, simulated))
+    return float(np.mean(emulated - true)) if good.any() else np.nan
 
 
 def _foretold(components: Sequence[Component], drawn: _Drawn) -> tuple[np.ndarray, np.ndarray]:
@@ -304,11 +315,12 @@ def _explored(
     posterior = np.exp(weights.log_weight)
     shares = np.array([posterior[drawn.component == i].sum() for i in range(len(components))])
     errors = shares * [cloud.error for cloud in clouds]
+    offset = 0.0 if drawn.simulated.all() else drawn.log_offset * float(np.mean(~drawn.simulated))
     remembered = sum(share**2 / cloud.independent for share, cloud in zip(shares, clouds, strict=True))
     effective = 1 / (1 / weights.effective + remembered)
     return Explored(
         drawn.points, target.measured - drawn.outputs, weights, effective, drawn.missed, drawn.log_error,
-        evidence, float(np.hypot(np.linalg.norm(errors), spread)),
+        evidence, float(np.linalg.norm([*errors, spread, offset])),
         components[int(np.argmax(shares))].surrogate.emulator, sum(component.rounds for component in components),
         separate(drawn.log_density, posterior), _apart(components, modes, drawn, posterior),
         float(np.max(drawn.log_true - log_prior(drawn.points))),

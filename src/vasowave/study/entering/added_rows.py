@@ -1,6 +1,7 @@
 """The rows that recordings are to have in the table of animals: their cells, names and networks, and what is said."""
 
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,14 +43,18 @@ def sheet_groups(
 ) -> list[str]:
     """Return the groups, the reference first, that labs' tables of animals tell of rows that have none yet."""
     names = [entry.names for entry in entries if not (entry.old or {}).get("group")]
-    names += [names_of(row) for row in before if not row.get("group")]
+    names += [of_row for row, of_row in zip(before, names_of(before), strict=True) if not row.get("group")]
     labels = {sheet.row_of(of_row).get("group", "") for sheet in sheets for of_row in names}
     return [label for sheet in sheets for label in sheet.groups if label in labels]
 
 
-def names_of(row: Mapping[str, str]) -> tuple[str, ...]:
-    """Return what may hold the ID of the animal of a row: its name, or that of its file."""
-    return (row.get("animal", ""), Path(row.get("recording", "")).stem)
+def names_of(rows: Sequence[Mapping[str, str]]) -> list[tuple[str, ...]]:
+    """Return what may hold the ID of the animal of each row: its name, and that of its file if it is of it alone."""
+    shared = Counter(row.get("recording", "") for row in rows)
+    return [
+        (row.get("animal", ""), *([Path(row["recording"]).stem] if shared[row.get("recording", "")] == 1 else []))
+        for row in rows
+    ]
 
 
 def told_cells(
@@ -62,8 +67,8 @@ def told_cells(
     for entry in new:
         entry.cells.update({title: text for title, text in sheet.row_of(entry.names).items() if title != "group"})
     changed = []
-    for row in before:
-        fresh = {title: text for title, text in sheet.row_of(names_of(row)).items() if text and not row.get(title)
+    for row, names in zip(before, names_of(before), strict=True):
+        fresh = {title: text for title, text in sheet.row_of(names).items() if text and not row.get(title)
                  and (title != "group" or text in groups)}  # fmt: skip
         row.update(fresh)
         changed += [row["animal"]] if fresh else []
@@ -77,7 +82,9 @@ def sheet_remark(sheet: AnimalSheet, names: Sequence[Sequence[str]]) -> str:
         return f"{sheet.file.name}: a table of animals ({ids}), none of which any file here is called by"
     titles = ", ".join(dict.fromkeys(title for row in sheet.rows.values() for title in row))
     lost = f"; without {', '.join(sheet.passed_over)}, which a study's table cannot have" if sheet.passed_over else ""
-    return f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}"
+    taken = some_of([f"{name} for {key}" for name, key in sheet.guesses(names).items()], _MAX_NAMED_FILES)
+    guessed = f"; taken were {taken}" if taken else ""
+    return f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}{guessed}"
 
 
 def without_copies(new: Sequence[AddedRow], lookup: RecordingIndex) -> tuple[list[AddedRow], list[str]]:

@@ -168,7 +168,7 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     marks, remarks, cures = _grouped([*new, *touched], before.rows, path, settings, options, files.sheets)
     remarks += files.remarks
     in_sheets = [name for sheet in files.sheets for name in told_cells(sheet, new, before.rows, marks)]
-    names = [*(entry.names for entry in entries), *map(names_of, before.rows)]
+    names = [*(entry.names for entry in entries), *names_of(before.rows)]
     recorded_files = {file for entry in entries for file in entry.recorded.files}  # whose other sheets may be notes
     remarks += [sheet_remark(sheet, names) for sheet in files.sheets
                 if sheet.file not in recorded_files or any(map(sheet.row_of, names))]  # fmt: skip

@@ -1,6 +1,6 @@
 """A lab's own table of animals (ID, treatment, weight, sex): told from recordings, and its cells brought to rows."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,18 +42,26 @@ class AnimalSheet:
         return sorted(labels, key=lambda label: not is_reference(label))
 
     def row_of(self, names: Sequence[str]) -> Mapping[str, str]:
-        """Return the cells of the animal whose ID stands in one of its names, the longest; none if two do.
+        """Return the cells of the animal that `animal_of` tells."""
+        return self.rows.get(self.animal_of(names)[0], {})
+
+    def animal_of(self, names: Sequence[str]) -> tuple[str, str]:
+        """Return the ID that stands in the first name that has any, the longest, and that name; empty if two do.
 
         Where none does, ``Rat 8`` is the animal ``R08``, whose word for an animal begins alike; ``run 8`` is not.
         """
-        hits: dict[str, int] = {}
         for stands_in in (within, _begins_alike):
-            hits = {key: len(words(key)) for key in self.rows
-                    if any(stands_in(words(key), words(name)) for name in names)}  # fmt: skip
-            if hits:
-                break
-        best = [key for key, size in hits.items() if size == max(hits.values())]
-        return self.rows[best[0]] if len(best) == 1 else {}
+            for name in names:
+                hits = {key: len(words(key)) for key in self.rows if stands_in(words(key), words(name))}
+                best = [key for key, size in hits.items() if size == max(hits.values())]
+                if best:
+                    return (best[0], name) if len(best) == 1 else ("", "")
+        return "", ""
+
+    def guesses(self, rows: Iterable[Sequence[str]]) -> dict[str, str]:
+        """Return the names that hold no ID as it is written, with the animal that they are taken for."""
+        pairs = dict.fromkeys((name, key) for key, name in map(self.animal_of, rows) if key)
+        return {name: key for name, key in pairs if not within(words(key), words(name))}
 
 
 def _begins_alike(phrase: Sequence[str], many: Sequence[str]) -> bool:

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from vasowave.base.errors import VasowaveError
 from vasowave.pulse.analysis.attribution import attribute_change
@@ -41,6 +40,9 @@ class _FittedState(NamedTuple):
         """Return the fit of an image whose radii are one SD larger, to first order."""
         factors = {name: float(np.exp(slope * self.radius_sd)) for name, slope in self.per_radius.items()}
         return self._replace(model=with_factors(self.model, factors | {"radius": float(np.exp(self.radius_sd))}))
+
+
+_StatePair = tuple[_FittedState, _FittedState]
 
 
 def attributed(cohort: Cohort, family: Family | None = None) -> Cohort:
@@ -88,15 +90,13 @@ def _of_groups(cohort: Cohort, group: str, law: str) -> GroupAttribution:
     made = _made((group, cohort.reference, group), pairs, failures)
     if not made.exchanges:
         return made
-    typical = _typical_pair(made.exchanges)
-    pair = next(pair for pair in pairs if (pair[0].name, pair[1].name) == typical)
     shared = np.flatnonzero(np.bincount(images) > 1)
-    return replace(made, of_images=tuple(_of_image(pair, made.exchanges[typical], int(image)) for image in shared))
+    return replace(made, of_images=tuple(_of_image(pairs, made, int(image)) for image in shared))
 
 
 def _made(
     names: tuple[str, str, str],
-    pairs: Sequence[tuple[_FittedState, _FittedState]],
+    pairs: Sequence[_StatePair],
     failures: Mapping[tuple[str, str], str],
 ) -> GroupAttribution:
     exchanges, failures = {}, dict(failures)
@@ -139,7 +139,7 @@ def _exchanged(before: _FittedState, after: _FittedState) -> ComponentExchange:
     return ComponentExchange(made.table, made.undone)
 
 
-def _pairs(befores: Sequence[_FittedState], afters: Sequence[_FittedState]) -> list[tuple[_FittedState, _FittedState]]:
+def _pairs(befores: Sequence[_FittedState], afters: Sequence[_FittedState]) -> list[_StatePair]:
     """Return all pairs, or as many as are worked on, in which every animal stands about as often."""
     befores, afters = _spread(befores), _spread(afters)
     count = max(len(befores), len(afters))
@@ -159,24 +159,27 @@ def _spread(states: Sequence[_FittedState]) -> list[_FittedState]:
     return [states[place] for place in places]
 
 
-def _typical_pair(exchanges: dict[tuple[str, str], ComponentExchange]) -> tuple[str, str]:
-    """Return the pair whose mean pressures differ by the median of all."""
-    differences = pd.Series({pair: exchange.shares.loc["mPAP", "change"] for pair, exchange in exchanges.items()})
-    return list(exchanges)[int((differences - differences.median()).abs().argmin())]
-
-
-def _of_image(pair: tuple[_FittedState, _FittedState], made: ComponentExchange, image: int) -> ComponentExchange:
-    """Return what a pair would show differently were the radii of an image one SD larger.
+def _of_image(pairs: Sequence[_StatePair], made: GroupAttribution, image: int) -> ComponentExchange:
+    """Return what the means would be more were the radii of an image one SD larger, by a typical pair that has it.
 
     NaN, which leaves means without intervals, where that cannot be simulated.
     """
-    shares, undone = made.shares.iloc[:, 3:], made.undone
+    exchanged = [(pair, made.exchanges[names]) for pair in pairs
+                 if (names := (pair[0].name, pair[1].name)) in made.exchanges]  # fmt: skip
+    imaged = [entry for entry in exchanged if image in (entry[0][0].image, entry[0][1].image)]
+    if not imaged:
+        exchange = exchanged[0][1]
+        return ComponentExchange(0.0 * exchange.shares.iloc[:, 3:], 0.0 * exchange.undone)
+    changes = np.array([exchange.shares.loc["mPAP", "change"] for _, exchange in imaged], dtype=float)
+    pair, exchange = imaged[int(np.abs(changes - np.median(changes)).argmin())]
+    share = len(imaged) / len(exchanged)  # of the mean that the image moves
+    shares, undone = exchange.shares.iloc[:, 3:], exchange.undone
     try:
         moved = _exchanged(*(state.imaged_wider() if state.image == image else state for state in pair))
     except VasowaveError:
         return ComponentExchange(np.nan * shares, np.nan * undone)
     differences = (
-        after.reindex(columns=before.columns, fill_value=0.0) - before
+        share * (after.reindex(columns=before.columns, fill_value=0.0) - before)
         for before, after in ((shares, moved.shares), (undone, moved.undone))
     )
     return ComponentExchange(*differences)
