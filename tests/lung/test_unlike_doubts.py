@@ -43,5 +43,10 @@ def test_blur_alone_puts_few_radii_in_doubt():
         found = extract(made.volume, Options((made.root + np.array([0.02, 0, 0])).tolist()))
     radius = judged("blurred", 1020, made, found, 0.0).radius
     assert max(map(abs, radius)) < 0.05
-    assert len({vessel for doubt in found.doubts if doubt.about == "radius" for vessel in doubt.vessels}) <= 2
+    image_wide = [doubt for doubt in found.doubts if not len(doubt.places)]
+    assert [doubt.finding.code for doubt in image_wide] == [
+        "image.hidden-walls"
+    ]  # none are there; blur would hide them
+    by_vessel = [doubt for doubt in found.doubts if doubt.about == "radius" and len(doubt.places)]
+    assert len({vessel for doubt in by_vessel for vessel in doubt.vessels}) <= 2
     assert {doubt.grade for doubt in found.doubts} <= {Grade.UNCERTAIN}  # lengths have their SD
