@@ -146,3 +146,25 @@ def test_an_archive_is_named_by_what_it_holds(tmp_path):
     (tmp_path / "a.csv.gz").write_bytes(gzip.compress(io.BytesIO(b"time\n" * 99).read()))
     with pytest.raises(InputError, match="gzip; unpack it"):
         read_raw_recording(tmp_path / "a.csv.gz")
+
+
+def long_rows():
+    return [f"{name},{t:.3f},{value:.4f},{unit}"
+            for name, unit, values in (("pressure", "Pa", PRESSURE), ("flow", "ul/min", FLOW))
+            for t, value in zip(TIME, values, strict=True)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("damaged", "words"), [("flow,0.1", "2 columns where 4"), ('"flow,0.1,1', "quotation")])
+def test_a_damaged_row_of_a_long_table_is_named_by_its_line(tmp_path, damaged, words):
+    rows = ["signal,time [s],value,unit", *long_rows()]
+    rows[101] = damaged
+    (tmp_path / "a.csv").write_text("\n".join([*rows, ""]))
+    with pytest.raises(InputError, match=f"line 102: .*{words}"):
+        read_raw_recording(tmp_path / "a.csv")
+
+
+def test_of_a_long_table_that_is_cut_off_the_last_row_is_left_out_and_that_is_noted(tmp_path):
+    (tmp_path / "a.csv").write_text("\n".join(["signal,time [s],value,unit", *long_rows(), "flow,4.0"]))
+    with pytest.warns(match="cut off"):
+        raw = read_raw_recording(tmp_path / "a.csv")
+    is_read(raw)

@@ -1,6 +1,5 @@
 """The grammar of tables: what the first rows say of titles, clocks and marks before the numbers begin."""
 
-import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.base import units
+from vasowave.base.errors import InputError
 from vasowave.base.io.cells import is_numeric, is_row, is_value, separator_of, split_cells
 from vasowave.base.io.clocks import Clock, bare, decimals, is_clock, is_date
 from vasowave.base.io.headings import (
@@ -357,13 +357,18 @@ def _long_names(header: str) -> list[str]:
     return [(split_title(title) or (title,))[0].casefold() for title in titles]
 
 
-def spread(texts: Sequence[str]) -> list[str]:
+def spread(path: Path, numbered: Sequence[tuple[int, str]]) -> list[str]:
     """Return the rows of a table that `is_long` as rows with a column a signal, of each animal where there are several,
-    and the times once, or before each signal where they differ."""
-    header, *rows = filter(is_row, texts)
-    separator, names = separator_of(header), _long_names(header)
-    cells = [[bare(cell) for cell in row] for row in csv.reader(rows, delimiter=separator or "\t")]
-    cells = [row for row in cells if len(row) == len(names)]
+    and the times once, or before each signal where they differ.
+
+    Its lines come with their numbers; `InputError` for one with more cells than titles, or fewer.
+    """
+    (_, header), *rows = [(line, text) for line, text in numbered if is_row(text)]
+    separator, names = separator_of(header) or "\t", _long_names(header)
+    cells = [[bare(cell) for cell in split_cells(path, *row, separator)] for row in rows]
+    for (line, _), row in zip(rows, cells, strict=True):
+        if len(row) != len(names):
+            raise InputError(f"{path}, line {line}: {len(row)} columns where {len(names)} were expected")
     key, value, unit, clock = (next((i for i, name in enumerate(names) if name in words), -1)
                                for words in (_KEYS, _VALUES, _UNITS, _TIMES))  # fmt: skip
     labels = [
@@ -378,7 +383,7 @@ def spread(texts: Sequence[str]) -> list[str]:
         title = " ".join(row[i] for i in (*labels, key)) + (f" [{row[unit]}]" if unit >= 0 else "")
         signals.setdefault(title, []).append(row)
     times = [[row[clock] for row in group] if clock >= 0 else [] for group in signals.values()]
-    time = csv_cells(header, separator or "\t")[clock].strip('" ')
+    time = csv_cells(header, separator)[clock].strip('" ')
     columns = list[list[str]]()
     for index, (title, group) in enumerate(signals.items()):
         columns += [[time, *times[index]]] if clock >= 0 and (index == 0 or times[index] != times[0]) else []
