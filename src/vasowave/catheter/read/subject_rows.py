@@ -58,14 +58,22 @@ def _small_table(path: Path, sheet: str) -> Columns | None:
 
 
 def _pairs(table: Columns) -> Mapping[str, Mapping[str, int]]:
-    """Return the columns of pressure and flow of each subject, where several have such a pair beside each other."""
+    """Return the columns of pressure and flow of each subject, where several have such a pair beside each other; of
+    two pressures of one, or flows, the first.
+    """
     pairs: dict[str, dict[str, int]] = {}
-    for column, (title, unit) in enumerate(zip(map(plain_title, table.titles), table.units, strict=True)):
-        quantities = [quantity for quantity in ("pressure", "flow") if units.is_of(unit, quantity)]
-        if quantities and (whose := owner(title)):
-            pairs.setdefault(whose, {})[quantities[0]] = column
+    for column, (whose, quantity) in _owned(table):
+        pairs.setdefault(whose, {}).setdefault(quantity, column)
     complete = {whose: pair for whose, pair in pairs.items() if len(pair) == 2}
     return complete if len(complete) > 1 else {}
+
+
+def _owned(table: Columns) -> Iterator[tuple[int, tuple[str, str]]]:
+    """Yield each column of a pressure or a flow of a subject: whose, and which."""
+    for column, (title, unit) in enumerate(zip(map(plain_title, table.titles), table.units, strict=True)):
+        quantity = next((quantity for quantity in ("pressure", "flow") if units.is_of(unit, quantity)), "")
+        if quantity and (whose := owner(title)):
+            yield column, (whose, quantity)
 
 
 def _columns_of_pair(table: Columns, subject: str) -> Columns:
@@ -75,6 +83,10 @@ def _columns_of_pair(table: Columns, subject: str) -> Columns:
         hint = did_you_mean(name, pairs) or f"; it has: {', '.join([*pairs][:_FEWEST])}"
         raise InputError(f"{table.source}: no columns of '{subject}'{hint}", [SUBJECT])
     places = {column: quantity for quantity, column in pairs[name].items()}
+    for column, (whose, quantity) in _owned(table):
+        if whose == name and column not in places:
+            titles = f"'{table.titles[pairs[name][quantity]].strip()}' and '{table.titles[column].strip()}'"
+            raise InputError(f"{table.source}: {titles} are both a {quantity} of '{subject}'; leave out one of them")
     nobodys = {
         table.names[i]: i
         for i, unit in enumerate(table.units)
