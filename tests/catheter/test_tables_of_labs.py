@@ -177,3 +177,12 @@ def test_of_two_pressures_of_one_animal_none_is_taken(tmp_path):
     with pytest.raises(InputError, match=r"'R05 P \[mmHg\]' and 'R05 PAP \[mmHg\]' are both a pressure of 'R05'"):
         read_recording(tmp_path / "a.csv", subject_row="R05")
     assert read_recording(tmp_path / "a.csv", subject_row="r06").mean_pressure == pytest.approx(24.0)
+
+
+def test_the_flow_of_another_animal_is_not_taken(tmp_path):
+    head = "time [s],rat 1 P [Pa],rat 1 Q [ul/min],rat 2 P [Pa]"
+    rows = [f"{t:.3f},{p:.3f},{q:.3f},{p:.3f}" for t, p, q in ROWS]
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows, ""]))
+    with pytest.raises(InputError, match="no channel says that it holds flow"):
+        read_raw_recording(tmp_path / "a.csv", pressure="rat 2 P")
+    is_read(read_raw_recording(tmp_path / "a.csv", pressure="rat 1 P"))

@@ -107,12 +107,17 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
     problems: dict[str, str] = {}
     beginnings = {c.title[: c.title.rfind(".") + 1] for c in channels}
     structure = beginnings.pop() if len(beginnings) == 1 else ""  # of MATLAB, whose fields the channels are: Data.p
+    strangers = _of_other_animals(channels, [title for title in titles.values() if title])
     for name, title in titles.items():
         named = [text.strip().lower() for text in titles.values() if text is not None]
-        free = [c for c in channels if c not in picked.values() and c.title.strip().lower() not in named]
+        free = [c for c in channels if c not in (*picked.values(), *strangers) and c.title.strip().lower() not in named]
         alike = [c for c in free if (whose := owner(c.title)) and whose in map(owner, filter(None, titles.values()))]
         hits, reason = _named(channels, title) if title is not None else _found(alike, name, site, structure)
-        hits, reason = (hits, reason) if hits or title is not None else _found(free, name, site, structure)
+        hits, reason = (
+            (hits, reason)
+            if hits or title is not None
+            else _found([c for c in free if c not in strangers], name, site, structure)
+        )
         if len(hits) > 1 and title is not None:  # one title of channels that differ in unit
             hits = [c for c in hits if _has_unit(c, name)] or hits
         if len(hits) == 1:
@@ -251,6 +256,17 @@ def owner(title: str) -> str:
     quantities = {word for words in _CHANNEL_WORDS.values() for word in words}
     words = [word for word in re.split(r"[\W_]+", title.casefold()) if word and word not in quantities]
     return " ".join(words) if re.search(r"[^\W\d_]", "".join(words)) and re.search(r"\d", "".join(words)) else ""
+
+
+def _of_other_animals(channels: Sequence[T], named: Sequence[str]) -> list[T]:
+    """Return the channels of numbered animals with several of them, where titles of another animal are named."""
+    owners = [owner(c.title) for c in channels]
+    animals = [set(whose.split()) for whose in map(owner, named) if whose]
+    return [
+        c for c, whose in zip(channels, owners, strict=True)
+        if whose and owners.count(whose) > 1 and animals
+        and not any(words <= set(whose.split()) or words >= set(whose.split()) for words in animals)
+    ]  # fmt: skip
 
 
 def _plain(title: str) -> str:
