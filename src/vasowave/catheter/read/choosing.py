@@ -113,11 +113,7 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
         free = [c for c in channels if c not in (*picked.values(), *strangers) and c.title.strip().lower() not in named]
         alike = [c for c in free if (whose := owner(c.title)) and whose in map(owner, filter(None, titles.values()))]
         hits, reason = _named(channels, title) if title is not None else _found(alike, name, site, structure)
-        hits, reason = (
-            (hits, reason)
-            if hits or title is not None
-            else _found([c for c in free if c not in strangers], name, site, structure)
-        )
+        hits, reason = (hits, reason) if hits or title is not None else _found(free, name, site, structure)
         if len(hits) > 1 and title is not None:  # one title of channels that differ in unit
             hits = [c for c in hits if _has_unit(c, name)] or hits
         if len(hits) == 1:
