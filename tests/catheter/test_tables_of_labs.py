@@ -186,3 +186,22 @@ def test_the_flow_of_another_animal_is_not_taken(tmp_path):
     with pytest.raises(InputError, match="no channel says that it holds flow"):
         read_raw_recording(tmp_path / "a.csv", pressure="rat 2 P")
     is_read(read_raw_recording(tmp_path / "a.csv", pressure="rat 1 P"))
+
+
+@pytest.mark.parametrize("title", ["animal", "Maus", "nr"])
+@pytest.mark.parametrize("timed", [True, False])
+def test_numbered_animals_of_a_long_table_are_not_joined(tmp_path, title, timed):
+    rows = [row.split(",") for row in ("signal,time [s],value,unit", *long_rows())]
+    head, *rows = [",".join(row if timed else [row[0], *row[2:]]) for row in rows]
+    rows = [f"{title},{head}", *(f"{animal},{row}" for animal in (1, 2) for row in rows)]
+    (tmp_path / "a.csv").write_text("\n".join([*rows, ""]))
+    rate = None if timed else 1000.0
+    with pytest.raises(InputError, match=f"it has: '{title.lower()} 1 pressure'"):
+        read_raw_recording(tmp_path / "a.csv", sampling_rate=rate)
+    is_read(read_raw_recording(tmp_path / "a.csv", pressure=f"{title} 2 pressure", sampling_rate=rate))
+
+
+def test_numbered_stretches_of_a_long_table_whose_times_go_on_are_joined(tmp_path):
+    rows = [f"{i // 1000 % 4},{row}" for i, row in enumerate(long_rows())]
+    (tmp_path / "a.csv").write_text("\n".join(["beat,signal,time [s],value,unit", *rows, ""]))
+    is_read(read_raw_recording(tmp_path / "a.csv"))

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import groupby, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -371,16 +371,11 @@ def spread(path: Path, numbered: Sequence[tuple[int, str]]) -> list[str]:
             raise InputError(f"{path}, line {line}: {len(row)} columns where {len(names)} were expected")
     key, value, unit, clock = (next((i for i, name in enumerate(names) if name in words), -1)
                                for words in (_KEYS, _VALUES, _UNITS, _TIMES))  # fmt: skip
-    labels = [
-        i
-        for i, name in enumerate(names)
-        if i not in (key, value, unit, clock)
-        and (name in _SUBJECTS or not any(is_value(row[i]) for row in cells))
-        and len({row[i] for row in cells}) > 1
-    ]
+    labels = _labels(names, cells, (key, value, unit, clock))
+    heads = {i: f"{names[i]} " if all(row[i].isdigit() for row in cells) else "" for i in labels}
     signals: dict[str, list[list[str]]] = {}
     for row in cells:
-        title = " ".join(row[i] for i in (*labels, key)) + (f" [{row[unit]}]" if unit >= 0 else "")
+        title = " ".join([*(heads[i] + row[i] for i in labels), row[key]]) + (f" [{row[unit]}]" if unit >= 0 else "")
         signals.setdefault(title, []).append(row)
     times = [[row[clock] for row in group] if clock >= 0 else [] for group in signals.values()]
     time = csv_cells(header, separator)[clock].strip('" ')
@@ -389,6 +384,25 @@ def spread(path: Path, numbered: Sequence[tuple[int, str]]) -> list[str]:
         columns += [[time, *times[index]]] if clock >= 0 and (index == 0 or times[index] != times[0]) else []
         columns.append([title, *(row[value] for row in group)])
     return ["\t".join(row) for row in zip_longest(*columns, fillvalue="")]
+
+
+def _labels(names: Sequence[str], cells: Sequence[Sequence[str]], taken: Sequence[int]) -> list[int]:
+    """Return the columns that say whose a sample is: by their titles, in words, or by numbers, each in many rows that
+    follow each other, where a signal has times twice, or none, without them.
+    """
+    key, *_, clock = taken
+    free = [i for i in range(len(names)) if i not in taken and len({row[i] for row in cells}) > 1]
+    labels = [i for i in free if names[i] in _SUBJECTS or not any(is_value(row[i]) for row in cells)]
+
+    def count(columns: Sequence[int]) -> int:
+        return len({tuple(row[i] for i in columns) for row in cells})
+
+    for i in free:
+        is_untimed = clock < 0 or count([key, *labels, clock]) < len(cells)
+        if i not in labels and is_untimed and count([key, *labels, i]) > count([key, *labels]):
+            blocks = sum(1 for _ in groupby(row[i] for row in cells))
+            labels += [i] if blocks <= len(cells) / _FEWEST_SAMPLES and all(row[i].isdigit() for row in cells) else []
+    return labels
 
 
 def remarks_above(texts: Sequence[str]) -> list[str]:
