@@ -205,3 +205,11 @@ def test_numbered_stretches_of_a_long_table_whose_times_go_on_are_joined(tmp_pat
     rows = [f"{i // 1000 % 4},{row}" for i, row in enumerate(long_rows())]
     (tmp_path / "a.csv").write_text("\n".join(["beat,signal,time [s],value,unit", *rows, ""]))
     is_read(read_raw_recording(tmp_path / "a.csv"))
+
+
+@pytest.mark.parametrize("time", ["0.123", "12.34"])
+def test_a_mark_where_no_thousands_end_is_before_decimals(tmp_path, time):
+    rows = ["time [s];pressure [Pa];flow [ml/s]", *(f"{time};1.234,{i};5" for i in range(40)), ""]
+    (tmp_path / "a.csv").write_text("\n".join(rows))
+    with pytest.raises(InputError, match=r"'1\.234,0'"):
+        read_recording(tmp_path / "a.csv")
