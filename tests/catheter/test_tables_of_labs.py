@@ -213,3 +213,30 @@ def test_a_mark_where_no_thousands_end_is_before_decimals(tmp_path, time):
     (tmp_path / "a.csv").write_text("\n".join(rows))
     with pytest.raises(InputError, match=r"'1\.234,0'"):
         read_recording(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(
+    ("head", "order"),
+    [
+        ("R05 P [mmHg],R05 Q [ml/s],R06 P [mmHg],R06 Q [ml/s],time [ms]", (2, 3, 4, 5, 1)),
+        ("R05 t [ms],R06 time [ms],R05 P [mmHg],R05 Q [ml/s],R06 P [mmHg],R06 Q [ml/s]", (0, 1, 2, 3, 4, 5)),
+        ("time [ms],R05 P [mmHg],R05 Q [ml/s],time2 [ms],R06 P [mmHg],R06 Q [ml/s]", (0, 2, 3, 1, 4, 5)),
+    ],
+)
+def test_the_time_of_an_animal_is_read_wherever_it_stands(tmp_path, head, order):
+    rows = [(2 * i, 3 * i, p, p / 10, p + 4, p / 20) for i, p in enumerate(cycle(20.0))]
+    (tmp_path / "a.csv").write_text("\n".join([head, *(",".join(str(row[i]) for i in order) for row in rows), ""]))
+    second = read_recording(tmp_path / "a.csv", subject_row="R06")
+    assert (second.period, second.mean_pressure, second.flow.mean()) == pytest.approx((0.12, 24.0, 1.0))
+
+
+def test_of_two_times_beside_each_other_none_is_guessed_and_faults_are_named_by_their_lines(tmp_path):
+    head = "P R05 [mmHg],Q R05 [ml/s],P R06 [mmHg],Q R06 [ml/s]"
+    rows = [f"{3 * i},{3 * i},{p},{p / 10},{p + 4},{p / 20}" for i, p in enumerate(cycle(20.0))]
+    (tmp_path / "a.csv").write_text("\n".join([f"time [ms],time 2 [ms],{head}", *rows, ""]))
+    with pytest.raises(InputError, match=r"'time \[ms\]' and 'time 2 \[ms\]' may both be times of 'r06'"):
+        read_recording(tmp_path / "a.csv", subject_row="R06")
+    rows = ["0,,,1,1", "0,20,x,1,1", "1,20,1,1,1"]
+    (tmp_path / "b.csv").write_text("\n".join([f"time [ms],{head}", *rows, ""]))
+    with pytest.raises(InputError, match="line 3, column 'flow'"):
+        read_recording(tmp_path / "b.csv", subject_row="R05")

@@ -87,17 +87,41 @@ def _columns_of_pair(table: Columns, subject: str) -> Columns:
         if whose == name and column not in places:
             titles = f"'{table.titles[pairs[name][quantity]].strip()}' and '{table.titles[column].strip()}'"
             raise InputError(f"{table.source}: {titles} are both a {quantity} of '{subject}'; leave out one of them")
+    time = _time_of(table, name, max(places))
     nobodys = {
         table.names[i]: i
         for i, unit in enumerate(table.units)
         if i < max(places) and i not in places and not (units.is_of(unit, "pressure") or units.is_of(unit, "flow"))
-    }  # of several times the last before the pair
-    taken = sorted([*nobodys.values(), *places])
+        and (time is None or not _is_time(table.names[i]))
+    }  # fmt: skip
+    places |= {} if time is None else {time: "time"}
+    taken = sorted({*nobodys.values(), *places})
+    rows = [n for n, row in enumerate(table.cells) if any(row[i].strip() for i in pairs[name].values())]
     return replace(
         table, names=tuple(places.get(i, ALIASES.get(table.names[i], table.names[i])) for i in taken),
         units=tuple(table.units[i] for i in taken), titles=tuple(table.titles[i] for i in taken),
-        cells=tuple(tuple(row[i] for i in taken) for row in table.cells if any(row[i].strip() for i in places)),
+        cells=tuple(tuple(table.cells[n][i] for i in taken) for n in rows), lines=tuple(table.lines[n] for n in rows),
     )  # fmt: skip
+
+
+def _time_of(table: Columns, subject: str, end: int) -> int | None:
+    """Return the column of a subject's times: that of its name, else the last before the `end` of its pair that is
+    nobody's, else the first behind.
+    """
+    named = [i for i, name in enumerate(table.names) if _is_time(name, subject)]
+    times = [i for i, name in enumerate(table.names) if _is_time(name)]
+    times = named[:1] or [i for i in times if i < end][-2:] or times[:1]
+    if len(times) > 1 and times[1] == times[0] + 1:
+        titles = " and ".join(f"'{table.titles[i].strip()}'" for i in times)
+        raise InputError(f"{table.source}: {titles} may both be times of '{subject}'; write '{subject} time [s]'")
+    return times[-1] if times else None
+
+
+def _is_time(name: str, subject: str = "") -> bool:
+    """Whether a column is called time, perhaps with a number, and after a subject, if one is given."""
+    words, whose = re.split(r"[\W_]+", name), subject.split()
+    title = re.sub(r"\d+", "", " ".join(word for word in words if word not in whose)).strip()
+    return set(whose) <= set(words) and ALIASES.get(title, title) == "time"
 
 
 def subjects_of(path: Path, sheet: str = "") -> list[str]:
