@@ -174,7 +174,7 @@ def test_of_two_pressures_of_one_animal_none_is_taken(tmp_path):
     head = "time [ms],R05 P [mmHg],R05 PAP [mmHg],R05 flow [ml/s],R06 P [mmHg],R06 flow [ml/s]"
     rows = [f"{3 * i},{p},{p + 40},{p / 10},{p + 4},{p / 20}" for i, p in enumerate(cycle(20.0))]
     (tmp_path / "a.csv").write_text("\n".join([head, *rows, ""]))
-    with pytest.raises(InputError, match=r"'R05 P \[mmHg\]' and 'R05 PAP \[mmHg\]' are both a pressure of 'R05'"):
+    with pytest.raises(InputError, match=r"'R05 P \[mmHg\]' and 'R05 PAP \[mmHg\]' are each a pressure of 'R05'"):
         read_recording(tmp_path / "a.csv", subject_row="R05")
     assert read_recording(tmp_path / "a.csv", subject_row="r06").mean_pressure == pytest.approx(24.0)
 

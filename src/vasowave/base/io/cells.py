@@ -27,8 +27,7 @@ def without_thousands(texts: Sequence[str]) -> list[str]:
     """Return rows without the marks that programs write between thousands: ``1,234.5``, ``1.234,5``, ``1 234,5``.
 
     They are taken for such where rows of numbers have another mark before the decimals behind them, none the other way
-    round, and none where no thousands can end, as in ``0.123`` and ``12.34``. Of cells that commas separate only those
-    between quotation marks can have them.
+    round or where no thousands end, as in ``12.34``. Of cells that commas separate only quoted ones can have them.
     """
     separator = separator_of(texts[len(texts) // 2]) if texts else None
     shown = [_grouped(*marks) for marks in _THOUSANDS if separator and _is_shown(texts, separator, *marks)]
@@ -43,12 +42,9 @@ def _is_shown(texts: Sequence[str], separator: str, thousand: str, decimal: str)
         return False
     grouped = _grouped(thousand, decimal, always=True)
     plain = re.compile(rf"(?<![^\t;\"+-])(?![1-9]\d{{0,2}}{thousand}\d{{3}}(?!\d))\d+{thousand}\d+(?![^\t;\"\r\n])")
-    rows = [text for text in texts if separator != "," or '"' in text]
-
-    def hold(form: re.Pattern[str]) -> bool:
-        return any(is_number_row(grouped.sub("0", row), separator) for row in rows if form.search(row))
-
-    return hold(grouped) and not hold(plain)
+    shown, denied = (any(is_number_row(grouped.sub("0", row), separator) for row in texts
+                         if (separator != "," or '"' in row) and form.search(row)) for form in (grouped, plain))  # fmt: skip
+    return shown and not denied
 
 
 def _plain(match: re.Match[str]) -> str:

@@ -359,10 +359,7 @@ def _long_names(header: str) -> list[str]:
 
 def spread(path: Path, numbered: Sequence[tuple[int, str]]) -> list[str]:
     """Return the rows of a table that `is_long` as rows with a column a signal, of each animal where there are several,
-    and the times once, or before each signal where they differ.
-
-    Its lines come with their numbers; `InputError` for one with more cells than titles, or fewer.
-    """
+    and the times once, or before each signal where they differ; `InputError` for a row of another length."""
     (_, header), *rows = [(line, text) for line, text in numbered if is_row(text)]
     separator, names = separator_of(header) or "\t", _long_names(header)
     cells = [[bare(cell) for cell in split_cells(path, *row, separator)] for row in rows]
@@ -387,9 +384,8 @@ def spread(path: Path, numbered: Sequence[tuple[int, str]]) -> list[str]:
 
 
 def _labels(names: Sequence[str], cells: Sequence[Sequence[str]], taken: Sequence[int]) -> list[int]:
-    """Return the columns that say whose a sample is: by their titles, in words, or by numbers, each in many rows that
-    follow each other, where a signal has times twice, or none, without them.
-    """
+    """Return the columns that say whose a sample is: by title, in words, or by numbers, each in many rows that follow
+    each other, where without them a signal has a time twice, or none."""
     key, *_, clock = taken
     free = [i for i in range(len(names)) if i not in taken and len({row[i] for row in cells}) > 1]
     labels = [i for i in free if names[i] in _SUBJECTS or not any(is_value(row[i]) for row in cells)]
@@ -398,10 +394,10 @@ def _labels(names: Sequence[str], cells: Sequence[Sequence[str]], taken: Sequenc
         return len({tuple(row[i] for i in columns) for row in cells})
 
     for i in free:
-        is_untimed = clock < 0 or count([key, *labels, clock]) < len(cells)
-        if i not in labels and is_untimed and count([key, *labels, i]) > count([key, *labels]):
-            blocks = sum(1 for _ in groupby(row[i] for row in cells))
-            labels += [i] if blocks <= len(cells) / _FEWEST_SAMPLES and all(row[i].isdigit() for row in cells) else []
+        is_joined = clock < 0 or count([key, *labels, clock]) < len(cells)
+        is_blocks = sum(1 for _ in groupby(row[i] for row in cells)) <= len(cells) / _FEWEST_SAMPLES
+        if is_joined and is_blocks and count([key, *labels, i]) > count([key, *labels]):
+            labels += [i] if all(row[i].isdigit() for row in cells) else []
     return labels
 
 

@@ -256,13 +256,10 @@ def owner(title: str) -> str:
 
 def _of_other_animals(channels: Sequence[T], named: Sequence[str]) -> list[T]:
     """Return the channels of numbered animals with several of them, where titles of another animal are named."""
-    owners = [owner(c.title) for c in channels]
+    owners = [set(owner(c.title).split()) for c in channels]
     animals = [set(whose.split()) for whose in map(owner, named) if whose]
-    return [
-        c for c, whose in zip(channels, owners, strict=True)
-        if whose and owners.count(whose) > 1 and animals
-        and not any(words <= set(whose.split()) or words >= set(whose.split()) for words in animals)
-    ]  # fmt: skip
+    return [c for c, words in zip(channels, owners, strict=True) if animals and owners.count(words) > 1
+            and not any(words <= animal or words >= animal for animal in animals)]  # fmt: skip
 
 
 def _plain(title: str) -> str:

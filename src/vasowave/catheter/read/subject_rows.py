@@ -57,23 +57,15 @@ def _small_table(path: Path, sheet: str) -> Columns | None:
         return None
 
 
-def _pairs(table: Columns) -> Mapping[str, Mapping[str, int]]:
-    """Return the columns of pressure and flow of each subject, where several have such a pair beside each other; of
-    two pressures of one, or flows, the first.
-    """
-    pairs: dict[str, dict[str, int]] = {}
-    for column, (whose, quantity) in _owned(table):
-        pairs.setdefault(whose, {}).setdefault(quantity, column)
+def _pairs(table: Columns) -> Mapping[str, Mapping[str, Sequence[int]]]:
+    """Return the columns of pressure and flow of each subject, where several have such a pair beside each other."""
+    pairs: dict[str, dict[str, list[int]]] = {}
+    for column, (title, unit) in enumerate(zip(map(plain_title, table.titles), table.units, strict=True)):
+        quantities = [quantity for quantity in ("pressure", "flow") if units.is_of(unit, quantity)]
+        if quantities and (whose := owner(title)):
+            pairs.setdefault(whose, {}).setdefault(quantities[0], []).append(column)
     complete = {whose: pair for whose, pair in pairs.items() if len(pair) == 2}
     return complete if len(complete) > 1 else {}
-
-
-def _owned(table: Columns) -> Iterator[tuple[int, tuple[str, str]]]:
-    """Yield each column of a pressure or a flow of a subject: whose, and which."""
-    for column, (title, unit) in enumerate(zip(map(plain_title, table.titles), table.units, strict=True)):
-        quantity = next((quantity for quantity in ("pressure", "flow") if units.is_of(unit, quantity)), "")
-        if quantity and (whose := owner(title)):
-            yield column, (whose, quantity)
 
 
 def _columns_of_pair(table: Columns, subject: str) -> Columns:
@@ -82,21 +74,21 @@ def _columns_of_pair(table: Columns, subject: str) -> Columns:
     if (name := subject.strip().casefold()) not in pairs:
         hint = did_you_mean(name, pairs) or f"; it has: {', '.join([*pairs][:_FEWEST])}"
         raise InputError(f"{table.source}: no columns of '{subject}'{hint}", [SUBJECT])
-    places = {column: quantity for quantity, column in pairs[name].items()}
-    for column, (whose, quantity) in _owned(table):
-        if whose == name and column not in places:
-            titles = f"'{table.titles[pairs[name][quantity]].strip()}' and '{table.titles[column].strip()}'"
-            raise InputError(f"{table.source}: {titles} are both a {quantity} of '{subject}'; leave out one of them")
+    for quantity, columns in pairs[name].items():
+        if len(columns) > 1:
+            titles = " and ".join(f"'{table.titles[i].strip()}'" for i in columns)
+            raise InputError(f"{table.source}: {titles} are each a {quantity} of '{subject}'; leave in one of them")
+    places = {columns[0]: quantity for quantity, columns in pairs[name].items()}
+    rows = [n for n, row in enumerate(table.cells) if any(row[i].strip() for i in places)]
     time = _time_of(table, name, max(places))
     nobodys = {
         table.names[i]: i
         for i, unit in enumerate(table.units)
-        if i < max(places) and i not in places and not (units.is_of(unit, "pressure") or units.is_of(unit, "flow"))
-        and (time is None or not _is_time(table.names[i]))
-    }  # fmt: skip
+        if i < max(places)
+        and not (_is_time(table.names[i]) or any(units.is_of(unit, quantity) for quantity in pairs[name]))
+    }
     places |= {} if time is None else {time: "time"}
     taken = sorted({*nobodys.values(), *places})
-    rows = [n for n, row in enumerate(table.cells) if any(row[i].strip() for i in pairs[name].values())]
     return replace(
         table, names=tuple(places.get(i, ALIASES.get(table.names[i], table.names[i])) for i in taken),
         units=tuple(table.units[i] for i in taken), titles=tuple(table.titles[i] for i in taken),
@@ -105,9 +97,7 @@ def _columns_of_pair(table: Columns, subject: str) -> Columns:
 
 
 def _time_of(table: Columns, subject: str, end: int) -> int | None:
-    """Return the column of a subject's times: that of its name, else the last before the `end` of its pair that is
-    nobody's, else the first behind.
-    """
+    """Return the column of a subject's times: its own, else nobody's last before the `end` of its pair, or behind."""
     named = [i for i, name in enumerate(table.names) if _is_time(name, subject)]
     times = [i for i, name in enumerate(table.names) if _is_time(name)]
     times = named[:1] or [i for i in times if i < end][-2:] or times[:1]

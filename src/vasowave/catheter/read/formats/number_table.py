@@ -1,7 +1,7 @@
 """A table of continuous signals: one titled column each, read block by block."""
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, groupby, pairwise
 from pathlib import Path
@@ -254,16 +254,15 @@ def _parsed(path: Path, sheet: str = "", progress: Progress | None = None) -> Nu
     return table.finished()
 
 
-def _below_each_other(path: Path, blocks: Iterator[Lines]) -> Iterator[Lines]:
-    """Yield blocks of lines; those of a table with a row a sample of one signal as one with a column a signal."""
+def _below_each_other(path: Path, blocks: Iterator[Lines]) -> Iterable[Lines]:
+    """Return blocks of lines; those of a table with a row a sample of one signal as one with a column a signal."""
     first = next(blocks, Lines(1, []))
     if not is_long(first.texts):
-        yield from chain([first], blocks)
-        return
+        return chain([first], blocks)
     written = [first, *blocks]
     unfinished = [written.pop()] if written[-1].cut else []  # a row that may lack digits
-    yield Lines(1, spread(path, [row for block in written for row in enumerate(block.texts, block.first)]))
-    yield from unfinished
+    rows = [row for block in written for row in enumerate(block.texts, block.first)]
+    return [Lines(1, spread(path, rows)), *unfinished]
 
 
 def _begin(path: Path, lines: Lines) -> "_Table | None":
