@@ -42,8 +42,8 @@ def _is_shown(texts: Sequence[str], separator: str, thousand: str, decimal: str)
         return False
     grouped = _grouped(thousand, decimal, always=True)
     plain = re.compile(rf"(?<![^\t;\"+-])(?![1-9]\d{{0,2}}{thousand}\d{{3}}(?!\d))\d+{thousand}\d+(?![^\t;\"\r\n])")
-    shown, denied = (any(is_number_row(grouped.sub("0", row), separator) for row in texts
-                         if (separator != "," or '"' in row) and form.search(row)) for form in (grouped, plain))  # fmt: skip
+    shown, denied = (any(is_number_row(grouped.sub("0", row), separator) for row in texts if form.search(row)
+                         and (separator != "," or '"' in row)) for form in (grouped, plain))  # fmt: skip
     return shown and not denied
 
 
