@@ -146,3 +146,97 @@ def test_an_archive_is_named_by_what_it_holds(tmp_path):
     (tmp_path / "a.csv.gz").write_bytes(gzip.compress(io.BytesIO(b"time\n" * 99).read()))
     with pytest.raises(InputError, match="gzip; unpack it"):
         read_raw_recording(tmp_path / "a.csv.gz")
+
+
+def long_rows():
+    return [f"{name},{t:.3f},{value:.4f},{unit}"
+            for name, unit, values in (("pressure", "Pa", PRESSURE), ("flow", "ul/min", FLOW))
+            for t, value in zip(TIME, values, strict=True)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("damaged", "words"), [("flow,0.1", "2 columns where 4"), ('"flow,0.1,1', "quotation")])
+def test_a_damaged_row_of_a_long_table_is_named_by_its_line(tmp_path, damaged, words):
+    rows = ["signal,time [s],value,unit", *long_rows()]
+    rows[101] = damaged
+    (tmp_path / "a.csv").write_text("\n".join([*rows, ""]))
+    with pytest.raises(InputError, match=f"line 102: .*{words}"):
+        read_raw_recording(tmp_path / "a.csv")
+
+
+def test_of_a_long_table_that_is_cut_off_the_last_row_is_left_out_and_that_is_noted(tmp_path):
+    (tmp_path / "a.csv").write_text("\n".join(["signal,time [s],value,unit", *long_rows(), "flow,4.0"]))
+    with pytest.warns(match="cut off"):
+        raw = read_raw_recording(tmp_path / "a.csv")
+    is_read(raw)
+
+
+def test_of_two_pressures_of_one_animal_none_is_taken(tmp_path):
+    head = "time [ms],R05 P [mmHg],R05 PAP [mmHg],R05 flow [ml/s],R06 P [mmHg],R06 flow [ml/s]"
+    rows = [f"{3 * i},{p},{p + 40},{p / 10},{p + 4},{p / 20}" for i, p in enumerate(cycle(20.0))]
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows, ""]))
+    with pytest.raises(InputError, match=r"'R05 P \[mmHg\]' and 'R05 PAP \[mmHg\]' are each a pressure of 'R05'"):
+        read_recording(tmp_path / "a.csv", subject_row="R05")
+    assert read_recording(tmp_path / "a.csv", subject_row="r06").mean_pressure == pytest.approx(24.0)
+
+
+def test_the_flow_of_another_animal_is_not_taken(tmp_path):
+    head = "time [s],rat 1 P [Pa],rat 1 Q [ul/min],rat 2 P [Pa]"
+    rows = [f"{t:.3f},{p:.3f},{q:.3f},{p:.3f}" for t, p, q in ROWS]
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows, ""]))
+    with pytest.raises(InputError, match="no channel says that it holds flow"):
+        read_raw_recording(tmp_path / "a.csv", pressure="rat 2 P")
+    is_read(read_raw_recording(tmp_path / "a.csv", pressure="rat 1 P"))
+
+
+@pytest.mark.parametrize("title", ["animal", "Maus", "nr"])
+@pytest.mark.parametrize("timed", [True, False])
+def test_numbered_animals_of_a_long_table_are_not_joined(tmp_path, title, timed):
+    rows = [row.split(",") for row in ("signal,time [s],value,unit", *long_rows())]
+    head, *rows = [",".join(row if timed else [row[0], *row[2:]]) for row in rows]
+    rows = [f"{title},{head}", *(f"{animal},{row}" for animal in (1, 2) for row in rows)]
+    (tmp_path / "a.csv").write_text("\n".join([*rows, ""]))
+    rate = None if timed else 1000.0
+    with pytest.raises(InputError, match=f"it has: '{title.lower()} 1 pressure'"):
+        read_raw_recording(tmp_path / "a.csv", sampling_rate=rate)
+    is_read(read_raw_recording(tmp_path / "a.csv", pressure=f"{title} 2 pressure", sampling_rate=rate))
+
+
+def test_numbered_stretches_of_a_long_table_whose_times_go_on_are_joined(tmp_path):
+    rows = [f"{i // 1000 % 4},{row}" for i, row in enumerate(long_rows())]
+    (tmp_path / "a.csv").write_text("\n".join(["beat,signal,time [s],value,unit", *rows, ""]))
+    is_read(read_raw_recording(tmp_path / "a.csv"))
+
+
+@pytest.mark.parametrize("time", ["0.123", "12.34"])
+def test_a_mark_where_no_thousands_end_is_before_decimals(tmp_path, time):
+    rows = ["time [s];pressure [Pa];flow [ml/s]", *(f"{time};1.234,{i};5" for i in range(40)), ""]
+    (tmp_path / "a.csv").write_text("\n".join(rows))
+    with pytest.raises(InputError, match=r"'1\.234,0'"):
+        read_recording(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize(
+    ("head", "order"),
+    [
+        ("R05 P [mmHg],R05 Q [ml/s],R06 P [mmHg],R06 Q [ml/s],time [ms]", (2, 3, 4, 5, 1)),
+        ("R05 t [ms],R06 time [ms],R05 P [mmHg],R05 Q [ml/s],R06 P [mmHg],R06 Q [ml/s]", (0, 1, 2, 3, 4, 5)),
+        ("time [ms],R05 P [mmHg],R05 Q [ml/s],time2 [ms],R06 P [mmHg],R06 Q [ml/s]", (0, 2, 3, 1, 4, 5)),
+    ],
+)
+def test_the_time_of_an_animal_is_read_wherever_it_stands(tmp_path, head, order):
+    rows = [(2 * i, 3 * i, p, p / 10, p + 4, p / 20) for i, p in enumerate(cycle(20.0))]
+    (tmp_path / "a.csv").write_text("\n".join([head, *(",".join(str(row[i]) for i in order) for row in rows), ""]))
+    second = read_recording(tmp_path / "a.csv", subject_row="R06")
+    assert (second.period, second.mean_pressure, second.flow.mean()) == pytest.approx((0.12, 24.0, 1.0))
+
+
+def test_of_two_times_beside_each_other_none_is_guessed_and_faults_are_named_by_their_lines(tmp_path):
+    head = "P R05 [mmHg],Q R05 [ml/s],P R06 [mmHg],Q R06 [ml/s]"
+    rows = [f"{3 * i},{3 * i},{p},{p / 10},{p + 4},{p / 20}" for i, p in enumerate(cycle(20.0))]
+    (tmp_path / "a.csv").write_text("\n".join([f"time [ms],time 2 [ms],{head}", *rows, ""]))
+    with pytest.raises(InputError, match=r"'time \[ms\]' and 'time 2 \[ms\]' may both be times of 'r06'"):
+        read_recording(tmp_path / "a.csv", subject_row="R06")
+    rows = ["0,,,1,1", "0,20,x,1,1", "1,20,1,1,1"]
+    (tmp_path / "b.csv").write_text("\n".join([f"time [ms],{head}", *rows, ""]))
+    with pytest.raises(InputError, match="line 3, column 'flow'"):
+        read_recording(tmp_path / "b.csv", subject_row="R05")

@@ -20,14 +20,14 @@ _THOUSANDS = (("[,]", "[.]"), ("[.]", "[,]"), ("['\u2019 \u00a0\u202f]", "[.,]")
 def _grouped(thousand: str, decimal: str, always: bool = False) -> re.Pattern[str]:
     """Return what finds numbers whose thousands have marks, in cells between tabs, semicolons or quotation marks."""
     decimals = rf"({decimal}\d+){'' if always else '?'}"
-    return re.compile(rf"(?<![^\t;\"+-])(\d{{1,3}}(?:{thousand}\d{{3}})+){decimals}(?![^\t;\"\r\n])")
+    return re.compile(rf"(?<![^\t;\"+-])([1-9]\d{{0,2}}(?:{thousand}\d{{3}})+){decimals}(?![^\t;\"\r\n])")
 
 
 def without_thousands(texts: Sequence[str]) -> list[str]:
     """Return rows without the marks that programs write between thousands: ``1,234.5``, ``1.234,5``, ``1 234,5``.
 
-    They are taken for such where rows of numbers have another mark before the decimals behind them, and none the other
-    way round. Of cells that commas separate only those between quotation marks can have them.
+    They are taken for such where rows of numbers have another mark before the decimals behind them, none the other way
+    round or where no thousands end, as in ``12.34``. Of cells that commas separate only quoted ones can have them.
     """
     separator = separator_of(texts[len(texts) // 2]) if texts else None
     shown = [_grouped(*marks) for marks in _THOUSANDS if separator and _is_shown(texts, separator, *marks)]
@@ -41,8 +41,10 @@ def _is_shown(texts: Sequence[str], separator: str, thousand: str, decimal: str)
     if not all(any(mark in text for text in texts for mark in marks.strip("[]")) for marks in (thousand, decimal)):
         return False
     grouped = _grouped(thousand, decimal, always=True)
-    rows = (text for text in texts if (separator != "," or '"' in text) and grouped.search(text))
-    return any(is_number_row(grouped.sub("0", row), separator) for row in rows)
+    plain = re.compile(rf"(?<![^\t;\"+-])(?![1-9]\d{{0,2}}{thousand}\d{{3}}(?!\d))\d+{thousand}\d+(?![^\t;\"\r\n])")
+    shown, denied = (any(is_number_row(grouped.sub("0", row), separator) for row in texts if form.search(row)
+                         and (separator != "," or '"' in row)) for form in (grouped, plain))  # fmt: skip
+    return shown and not denied
 
 
 def _plain(match: re.Match[str]) -> str:

@@ -183,8 +183,8 @@ def _rows_of(path: Path, sheet: str = "") -> tuple[tuple[str, ...], tuple[tuple[
         numbered += [(line, text) for line, text in rows_of_block if is_row(text)]
         remarks = remarks or remarks_above(block.texts)
         cut = block.cut
-    if is_long(texts := [text for _, text in numbered]):
-        numbered = list(enumerate(spread(texts), 1))
+    if is_long([text for _, text in numbered]):
+        numbered = list(enumerate(spread(path, numbered), 1))
     if over := turned([text for _, text in numbered[:HEAD]]):
         numbered = list(enumerate(over, 1))
     if not numbered:

@@ -1,14 +1,14 @@
 """The grammar of tables: what the first rows say of titles, clocks and marks before the numbers begin."""
 
-import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import groupby, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.base import units
+from vasowave.base.errors import InputError
 from vasowave.base.io.cells import is_numeric, is_row, is_value, separator_of, split_cells
 from vasowave.base.io.clocks import Clock, bare, decimals, is_clock, is_date
 from vasowave.base.io.headings import (
@@ -357,33 +357,48 @@ def _long_names(header: str) -> list[str]:
     return [(split_title(title) or (title,))[0].casefold() for title in titles]
 
 
-def spread(texts: Sequence[str]) -> list[str]:
+def spread(path: Path, numbered: Sequence[tuple[int, str]]) -> list[str]:
     """Return the rows of a table that `is_long` as rows with a column a signal, of each animal where there are several,
-    and the times once, or before each signal where they differ."""
-    header, *rows = filter(is_row, texts)
-    separator, names = separator_of(header), _long_names(header)
-    cells = [[bare(cell) for cell in row] for row in csv.reader(rows, delimiter=separator or "\t")]
-    cells = [row for row in cells if len(row) == len(names)]
+    and the times once, or before each signal where they differ; `InputError` for a row of another length."""
+    (_, header), *rows = [(line, text) for line, text in numbered if is_row(text)]
+    separator, names = separator_of(header) or "\t", _long_names(header)
+    cells = [[bare(cell) for cell in split_cells(path, *row, separator)] for row in rows]
+    for (line, _), row in zip(rows, cells, strict=True):
+        if len(row) != len(names):
+            raise InputError(f"{path}, line {line}: {len(row)} columns where {len(names)} were expected")
     key, value, unit, clock = (next((i for i, name in enumerate(names) if name in words), -1)
                                for words in (_KEYS, _VALUES, _UNITS, _TIMES))  # fmt: skip
-    labels = [
-        i
-        for i, name in enumerate(names)
-        if i not in (key, value, unit, clock)
-        and (name in _SUBJECTS or not any(is_value(row[i]) for row in cells))
-        and len({row[i] for row in cells}) > 1
-    ]
+    labels = _labels(names, cells, (key, value, unit, clock))
+    heads = {i: f"{names[i]} " if all(row[i].isdigit() for row in cells) else "" for i in labels}
     signals: dict[str, list[list[str]]] = {}
     for row in cells:
-        title = " ".join(row[i] for i in (*labels, key)) + (f" [{row[unit]}]" if unit >= 0 else "")
+        title = " ".join([*(heads[i] + row[i] for i in labels), row[key]]) + (f" [{row[unit]}]" if unit >= 0 else "")
         signals.setdefault(title, []).append(row)
     times = [[row[clock] for row in group] if clock >= 0 else [] for group in signals.values()]
-    time = csv_cells(header, separator or "\t")[clock].strip('" ')
+    time = csv_cells(header, separator)[clock].strip('" ')
     columns = list[list[str]]()
     for index, (title, group) in enumerate(signals.items()):
         columns += [[time, *times[index]]] if clock >= 0 and (index == 0 or times[index] != times[0]) else []
         columns.append([title, *(row[value] for row in group)])
     return ["\t".join(row) for row in zip_longest(*columns, fillvalue="")]
+
+
+def _labels(names: Sequence[str], cells: Sequence[Sequence[str]], taken: Sequence[int]) -> list[int]:
+    """Return the columns that say whose a sample is: by title, in words, or by numbers, each in many rows that follow
+    each other, where without them a signal has a time twice, or none."""
+    key, *_, clock = taken
+    free = [i for i in range(len(names)) if i not in taken and len({row[i] for row in cells}) > 1]
+    labels = [i for i in free if names[i] in _SUBJECTS or not any(is_value(row[i]) for row in cells)]
+
+    def count(columns: Sequence[int]) -> int:
+        return len({tuple(row[i] for i in columns) for row in cells})
+
+    for i in free:
+        is_joined = clock < 0 or count([key, *labels, clock]) < len(cells)
+        is_blocks = sum(1 for _ in groupby(row[i] for row in cells)) <= len(cells) / _FEWEST_SAMPLES
+        if is_joined and is_blocks and count([key, *labels, i]) > count([key, *labels]):
+            labels += [i] if all(row[i].isdigit() for row in cells) else []
+    return labels
 
 
 def remarks_above(texts: Sequence[str]) -> list[str]:

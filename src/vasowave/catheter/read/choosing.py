@@ -107,9 +107,10 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
     problems: dict[str, str] = {}
     beginnings = {c.title[: c.title.rfind(".") + 1] for c in channels}
     structure = beginnings.pop() if len(beginnings) == 1 else ""  # of MATLAB, whose fields the channels are: Data.p
+    strangers = _of_other_animals(channels, [title for title in titles.values() if title])
     for name, title in titles.items():
         named = [text.strip().lower() for text in titles.values() if text is not None]
-        free = [c for c in channels if c not in picked.values() and c.title.strip().lower() not in named]
+        free = [c for c in channels if c not in (*picked.values(), *strangers) and c.title.strip().lower() not in named]
         alike = [c for c in free if (whose := owner(c.title)) and whose in map(owner, filter(None, titles.values()))]
         hits, reason = _named(channels, title) if title is not None else _found(alike, name, site, structure)
         hits, reason = (hits, reason) if hits or title is not None else _found(free, name, site, structure)
@@ -251,6 +252,14 @@ def owner(title: str) -> str:
     quantities = {word for words in _CHANNEL_WORDS.values() for word in words}
     words = [word for word in re.split(r"[\W_]+", title.casefold()) if word and word not in quantities]
     return " ".join(words) if re.search(r"[^\W\d_]", "".join(words)) and re.search(r"\d", "".join(words)) else ""
+
+
+def _of_other_animals(channels: Sequence[T], named: Sequence[str]) -> list[T]:
+    """Return the channels of numbered animals with several of them, where titles of another animal are named."""
+    owners = [set(owner(c.title).split()) for c in channels]
+    animals = [set(whose.split()) for whose in map(owner, named) if whose]
+    return [c for c, words in zip(channels, owners, strict=True) if animals and owners.count(words) > 1
+            and not any(words <= animal or words >= animal for animal in animals)]  # fmt: skip
 
 
 def _plain(title: str) -> str:

@@ -57,13 +57,13 @@ def _small_table(path: Path, sheet: str) -> Columns | None:
         return None
 
 
-def _pairs(table: Columns) -> Mapping[str, Mapping[str, int]]:
+def _pairs(table: Columns) -> Mapping[str, Mapping[str, Sequence[int]]]:
     """Return the columns of pressure and flow of each subject, where several have such a pair beside each other."""
-    pairs: dict[str, dict[str, int]] = {}
+    pairs: dict[str, dict[str, list[int]]] = {}
     for column, (title, unit) in enumerate(zip(map(plain_title, table.titles), table.units, strict=True)):
         quantities = [quantity for quantity in ("pressure", "flow") if units.is_of(unit, quantity)]
         if quantities and (whose := owner(title)):
-            pairs.setdefault(whose, {})[quantities[0]] = column
+            pairs.setdefault(whose, {}).setdefault(quantities[0], []).append(column)
     complete = {whose: pair for whose, pair in pairs.items() if len(pair) == 2}
     return complete if len(complete) > 1 else {}
 
@@ -74,18 +74,44 @@ def _columns_of_pair(table: Columns, subject: str) -> Columns:
     if (name := subject.strip().casefold()) not in pairs:
         hint = did_you_mean(name, pairs) or f"; it has: {', '.join([*pairs][:_FEWEST])}"
         raise InputError(f"{table.source}: no columns of '{subject}'{hint}", [SUBJECT])
-    places = {column: quantity for quantity, column in pairs[name].items()}
+    for quantity, columns in pairs[name].items():
+        if len(columns) > 1:
+            titles = " and ".join(f"'{table.titles[i].strip()}'" for i in columns)
+            raise InputError(f"{table.source}: {titles} are each a {quantity} of '{subject}'; leave in one of them")
+    places = {columns[0]: quantity for quantity, columns in pairs[name].items()}
+    rows = [n for n, row in enumerate(table.cells) if any(row[i].strip() for i in places)]
+    time = _time_of(table, name, max(places))
     nobodys = {
         table.names[i]: i
         for i, unit in enumerate(table.units)
-        if i < max(places) and i not in places and not (units.is_of(unit, "pressure") or units.is_of(unit, "flow"))
-    }  # of several times the last before the pair
-    taken = sorted([*nobodys.values(), *places])
+        if i < max(places)
+        and not (_is_time(table.names[i]) or any(units.is_of(unit, quantity) for quantity in pairs[name]))
+    }
+    places |= {} if time is None else {time: "time"}
+    taken = sorted({*nobodys.values(), *places})
     return replace(
         table, names=tuple(places.get(i, ALIASES.get(table.names[i], table.names[i])) for i in taken),
         units=tuple(table.units[i] for i in taken), titles=tuple(table.titles[i] for i in taken),
-        cells=tuple(tuple(row[i] for i in taken) for row in table.cells if any(row[i].strip() for i in places)),
+        cells=tuple(tuple(table.cells[n][i] for i in taken) for n in rows), lines=tuple(table.lines[n] for n in rows),
     )  # fmt: skip
+
+
+def _time_of(table: Columns, subject: str, end: int) -> int | None:
+    """Return the column of a subject's times: its own, else nobody's last before the `end` of its pair, or behind."""
+    named = [i for i, name in enumerate(table.names) if _is_time(name, subject)]
+    times = [i for i, name in enumerate(table.names) if _is_time(name)]
+    times = named[:1] or [i for i in times if i < end][-2:] or times[:1]
+    if len(times) > 1 and times[1] == times[0] + 1:
+        titles = " and ".join(f"'{table.titles[i].strip()}'" for i in times)
+        raise InputError(f"{table.source}: {titles} may both be times of '{subject}'; write '{subject} time [s]'")
+    return times[-1] if times else None
+
+
+def _is_time(name: str, subject: str = "") -> bool:
+    """Whether a column is called time, perhaps with a number, and after a subject, if one is given."""
+    words, whose = re.split(r"[\W_]+", name), subject.split()
+    title = re.sub(r"\d+", "", " ".join(word for word in words if word not in whose)).strip()
+    return set(whose) <= set(words) and ALIASES.get(title, title) == "time"
 
 
 def subjects_of(path: Path, sheet: str = "") -> list[str]:

@@ -1,9 +1,9 @@
 """A table of continuous signals: one titled column each, read block by block."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from itertools import groupby, pairwise
+from itertools import chain, groupby, pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -242,10 +242,7 @@ def read_number_table(
 @remembered
 def _parsed(path: Path, sheet: str = "", progress: Progress | None = None) -> NumberTable:
     table: _Table | None = None
-    blocks = read_lines(path, progress, sheet)
-    for lines in blocks:
-        if table is None and is_long(lines.texts):
-            lines = Lines(1, spread([*lines.texts, *(text for block in blocks for text in block.texts)]))
+    for lines in _below_each_other(path, read_lines(path, progress, sheet)):
         lines = lines._replace(texts=without_thousands(lines.texts))
         if table is None and (over := turned(lines.texts[: 2 * HEAD])):
             lines = Lines(1, over, lines.cut)
@@ -255,6 +252,17 @@ def _parsed(path: Path, sheet: str = "", progress: Progress | None = None) -> Nu
     if table is None:
         raise InputError(f"{path}: the file is empty")
     return table.finished()
+
+
+def _below_each_other(path: Path, blocks: Iterator[Lines]) -> Iterable[Lines]:
+    """Return blocks of lines; those of a table with a row a sample of one signal as one with a column a signal."""
+    first = next(blocks, Lines(1, []))
+    if not is_long(first.texts):
+        return chain([first], blocks)
+    written = [first, *blocks]
+    unfinished = [written.pop()] if written[-1].cut else []  # a row that may lack digits
+    rows = [row for block in written for row in enumerate(block.texts, block.first)]
+    return [Lines(1, spread(path, rows)), *unfinished]
 
 
 def _begin(path: Path, lines: Lines) -> "_Table | None":
