@@ -118,6 +118,7 @@ def test_samples_of_a_wfdb_record_that_are_missing_are_gaps(tmp_path):
         ("16", "200/mmHg 16 0 0 0 0 PAP", "r 2 500 9999", "copy it again"),
         ("16", "0 16 0 0 0 0 PAP", "r 2 500 2000", "counts"),
         ("16", "200/mmHg 16 0 0 0 0 PAP", "r 7 500 2000", "no sound header"),
+        ("16", "200/mmHg 16 0 0 0 0 PAP", "r 2 1e999 2000", "no sound header"),
     ],
 )
 def test_a_wfdb_record_that_cannot_be_read_is_refused_in_words(tmp_path, form, line, record, words):
