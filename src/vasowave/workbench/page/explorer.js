@@ -118,7 +118,7 @@ function layOut(place, { panels, space, boxes }, model, results) {
                 h("figure", {}, space, coloringRow(model, state.coloring, redrawTrees), boxes.scale),
                 boxes.compared,
             ),
-            h("section", { "aria-label": "parameters" }, boxes.knobs, boxes.numbers, boxes.prediction, boxes.walk),
+            h("section", { "aria-label": "parameters" }, boxes.knobs, boxes.prediction, boxes.numbers, boxes.walk),
         ),
         groupSection(results, law, go),
     );
