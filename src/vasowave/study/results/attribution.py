@@ -56,15 +56,13 @@ def attributed(cohort: Cohort, family: Family | None = None) -> Cohort:
     family : Family, optional
         The primary comparison; fits of its wall law are exchanged.
     """
+    is_longitudinal = bool(cohort.design.subject and cohort.design.occasion and len(levels_of(cohort.second)) > 1)
+    exchange = _of_occasions if is_longitudinal else _of_groups
+    groups = list(cohort.groups)[0 if is_longitudinal else 1 :]
+    if not groups or (not is_longitudinal and (cohort.crossed or cohort.repeated)):
+        return cohort
     law = primary_law(cohort, family or Family())
-    if not law:
-        return cohort
-    if cohort.design.subject and cohort.design.occasion and len(levels_of(cohort.second)) > 1:
-        changes = (_of_occasions(cohort, group, law) for group in cohort.groups)
-    elif cohort.crossed or cohort.repeated:
-        return cohort
-    else:
-        changes = (_of_groups(cohort, group, law) for group in list(cohort.groups)[1:])
+    changes = [exchange(cohort, group, law) for group in groups] if law else []
     return replace(cohort, changes=tuple(change for change in changes if change.exchanges or change.failures))
 
 
