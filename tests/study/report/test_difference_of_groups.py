@@ -46,10 +46,26 @@ def test_an_interval_is_that_of_welch_where_pairs_are_all_pairs():
         for before, low in healthy.items()
         for after, high in ill.items()
     }
-    made = GroupAttribution("HPH", "CTL", "HPH", {pair: ComponentExchange(row, row) for pair, row in rows.items()}, {})
+    made = GroupAttribution(
+        "HPH", "CTL", "HPH", {pair: ComponentExchange(row, row) for pair, row in rows.items()}, {}, of_groups=True
+    )
     interval = stats.ttest_ind([*ill.values()], [*healthy.values()], equal_var=False).confidence_interval(0.95)
     change = made.means("mPAP").loc["change"]
     assert (change["low"], change["high"]) == pytest.approx((interval.low, interval.high), rel=1e-9)
+
+
+def test_an_occasion_that_is_called_like_its_group_stays_an_occasion():
+    rows = {
+        (f"{name} before", f"{name} after"): pd.DataFrame(
+            {"unit": "mmHg", "before": 10.0, "after": 10.0 + change, "change": change}, ["mPAP"]
+        )
+        for name, change in {"a": 1.0, "b": 2.5, "c": 2.0}.items()
+    }
+    exchanges = {pair: ComponentExchange(row, row) for pair, row in rows.items()}
+    made = GroupAttribution("treated", "before", "treated", exchanges, {}, of_groups=False)
+    interval = stats.ttest_1samp([1.0, 2.5, 2.0], 0).confidence_interval(0.95)
+    assert made.animals() == [3]
+    assert made.means("mPAP").loc["change", "high"] == pytest.approx(interval.high, rel=1e-9)
 
 
 def test_shares_add_up_and_an_exchange_that_is_undone_takes_them_back(cohort):

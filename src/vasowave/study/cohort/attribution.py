@@ -30,9 +30,11 @@ class GroupAttribution:
     first, last : str
         The two occasions; of groups the reference and this group.
     exchanges : dict of (str, str) to ComponentExchange
-        By the names of the two animals, of occasions the same twice.
+        By the names of the two recordings.
     failures : dict of (str, str) to str
         Why pairs are absent.
+    of_groups : bool
+        Whether animals of two groups were exchanged, and not two occasions of one animal.
     of_images : tuple of ComponentExchange
         What an error of one SD of each image that several animals share moves.
     """
@@ -42,12 +44,8 @@ class GroupAttribution:
     last: str
     exchanges: dict[tuple[str, str], ComponentExchange]
     failures: dict[tuple[str, str], str]
+    of_groups: bool
     of_images: tuple[ComponentExchange, ...] = ()
-
-    @property
-    def of_groups(self) -> bool:
-        """Whether animals of two groups are exchanged, and not two occasions of one animal."""
-        return self.last == self.group
 
     def animals(self) -> list[int]:
         """Return how many animals were exchanged: of the group and of the reference, or with both occasions."""

@@ -50,11 +50,10 @@ def sheet_groups(
 
 def names_of(rows: Sequence[Mapping[str, str]]) -> list[tuple[str, ...]]:
     """Return what may hold the ID of the animal of each row: its name, and that of its file if it is of it alone."""
-    shared = Counter(row.get("recording", "") for row in rows)
-    return [
-        (row.get("animal", ""), *([Path(row["recording"]).stem] if shared[row.get("recording", "")] == 1 else []))
-        for row in rows
-    ]
+    recordings = [row.get("recording", "") for row in rows]
+    count = Counter(recordings)
+    return [(row.get("animal", ""), *([Path(file).stem] if count[file] == 1 else []))
+            for row, file in zip(rows, recordings, strict=True)]  # fmt: skip
 
 
 def told_cells(

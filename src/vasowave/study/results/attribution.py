@@ -72,7 +72,7 @@ def _of_occasions(cohort: Cohort, group: str, law: str) -> GroupAttribution:
     states, failures = _states([result for pair in recorded for result in pair], law)
     pairs = [(states[before.name], states[after.name]) for before, after in recorded
              if before.name in states and after.name in states]  # fmt: skip
-    return _made((group, first, last), pairs, failures)
+    return _made((group, first, last), pairs, failures, of_groups=False)
 
 
 def _of_groups(cohort: Cohort, group: str, law: str) -> GroupAttribution:
@@ -85,7 +85,7 @@ def _of_groups(cohort: Cohort, group: str, law: str) -> GroupAttribution:
         for name in (cohort.reference, group)
     )
     pairs = _pairs(befores, afters)
-    made = _made((group, cohort.reference, group), pairs, failures)
+    made = _made((group, cohort.reference, group), pairs, failures, of_groups=True)
     if not made.exchanges:
         return made
     shared = np.flatnonzero(np.bincount(images) > 1)
@@ -96,6 +96,7 @@ def _made(
     names: tuple[str, str, str],
     pairs: Sequence[_StatePair],
     failures: Mapping[tuple[str, str], str],
+    of_groups: bool,
 ) -> GroupAttribution:
     exchanges, failures = {}, dict(failures)
     for before, after in pairs:
@@ -104,7 +105,7 @@ def _made(
             exchanges[pair] = _exchanged(before, after)
         except VasowaveError as error:
             failures[pair] = str(error)
-    return GroupAttribution(*names, exchanges, failures)
+    return GroupAttribution(*names, exchanges, failures, of_groups)
 
 
 def _states(

@@ -74,8 +74,7 @@ def _head(changed: GroupAttribution) -> str:
     )
     if not changed.exchanges:
         return names
-    pairs = "pairs" if changed.of_groups else "animals"
-    absent = f"; {len(changed.failures)} {pairs} could not be exchanged" if changed.failures else ""
+    absent = f"; {len(changed.failures)} could not be exchanged" if changed.failures else ""
     return f"{names} (n = {' + '.join(map(str, changed.animals()))}{absent})"
 
 
