@@ -238,6 +238,11 @@ def test_two_files_are_joined_on_their_clocks(tmp_path):
     (tmp_path / "q.csv").write_text(flow.replace("\n14:", "\n19:").replace("\n13:", "\n18:"), "utf-8")
     with pytest.raises(InputError, match="share less than a second"):
         read_raw_recording(tmp_path / "p.csv", tmp_path / "q.csv")
+    for name in ("1.csv", "2.csv"):
+        rows = lines(["Time,PAP (mmHg),flow (ml/s)"], lambda a, b, c: f"{clock(a)},{b:.4f},{c:.6f}", t, p, q)
+        (tmp_path / name).write_text(rows, "utf-8")
+    with pytest.raises(InputError, match="both hold pressure and flow; give one recording alone"):
+        read_raw_recording(tmp_path / "1.csv", tmp_path / "2.csv")
 
 
 @pytest.mark.parametrize(

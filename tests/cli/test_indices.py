@@ -6,6 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 import vasowave as vw
+from vasowave.base import InputError
 from vasowave.catheter import synthetic_raw_recording
 from vasowave.cli.app import app
 
@@ -62,6 +63,8 @@ def test_an_option_of_one_value_that_is_typed_twice_is_refused_and_those_of_many
     file = tmp_path / "cycle.csv"
     assert "--wedge is given 2 times" in said(file, "--wedge", 3, "--wedge", 4)
     assert "--output is given 2 times" in said(file, "-o", "a.csv", "--output", "b.csv")
+    with pytest.raises(InputError, match="the unit of flow is given twice; give it once"):
+        said(file, "--unit", "flow=ml/s", "--unit", "flow=ml/min")
     assert "given 2 times" not in said(file, "--unit", "pressure=mmHg", "--unit", "flow=ml/s")
 
 

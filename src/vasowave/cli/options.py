@@ -126,6 +126,8 @@ def row_cells(
             if name not in names or not value:
                 raise InputError(f"--{option} {text}: write {' or '.join(f'{choice}=…' for choice in names)}"
                                  f"{did_you_mean(name, names)}")  # fmt: skip
+            if f"{name} {option}" in cells:
+                raise InputError(f"--{option} {text}: the {option} of {name} is given twice; give it once")
             cells[f"{name} {option}"] = value
     return cells
 

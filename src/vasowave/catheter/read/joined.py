@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import note_kind
 from vasowave.catheter.signals.channels import Block, Channel
@@ -16,6 +17,7 @@ JOINED = note_kind(
     "{first} and {second} were joined on their clocks: the second begins {offset:.6g} s after the first, and both hold "
     "{lasts:.4g} s",
 )
+_QUANTITIES = ("pressure", "flow")
 _SAME_SAMPLE = 0.01  # of a sampling interval: clocks that differ by less are the same
 
 
@@ -25,9 +27,11 @@ def joined_blocks(paths: Sequence[Path], blocks: Sequence[Sequence[Block]]) -> l
     Raises
     ------
     InputError
-        They share less than a second.
+        They share less than a second; each holds pressure and flow, as recordings of two animals do.
     """
     longest = [max(of_file, key=lambda block: block.duration) for of_file in blocks]
+    if all(map(_is_whole, longest)):
+        raise InputError(f"{paths[0]} and {paths[1]}: both hold pressure and flow; give one recording alone")
     clocks = [block.start or 0.0 for block in longest]
     spans = [(clock, clock + block.duration) for clock, block in zip(clocks, longest, strict=True)]
     start, end = max(first for first, _ in spans), min(last for _, last in spans)
@@ -48,6 +52,11 @@ def joined_blocks(paths: Sequence[Path], blocks: Sequence[Sequence[Block]]) -> l
     note = JOINED(first=paths[0].name, second=paths[1].name, offset=clocks[1] - clocks[0], lasts=end - start)
     suspicions = [suspicion for block in longest for suspicion in block.suspicions]
     return [Block(tuple(channels), tuple(comments), (*suspicions, note), longest[0].program, start)]
+
+
+def _is_whole(block: Block) -> bool:
+    """Whether units tell that a block holds pressure and flow."""
+    return all(any(units.is_of(channel.unit, quantity) for channel in block.channels) for quantity in _QUANTITIES)
 
 
 def _between(channel: Channel, start: float, end: float) -> Channel:

@@ -23,7 +23,8 @@ _GROUPS = (
 )
 _ALONE = (
     "Mean [95 %] of what the fitted models of the group do if one component alone is exchanged for that of the "
-    "reference or of the first occasion. Nothing else answers: no heart, bed or vessel regulates itself."
+    "reference or of the first occasion; components act together, so that rows do not add up. Nothing else answers: no "
+    "heart, bed or vessel regulates itself."
 )
 
 
