@@ -138,7 +138,7 @@ def test_the_indices_of_the_average_are_those_of_the_cycle_within_one_percent():
     assert np.abs(index_errors(range(3))).max() < 1.0
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 @pytest.mark.filterwarnings("ignore:.*and rests at neither end")  # which some of these breaths do
 @pytest.mark.parametrize(("fiducial", "first"), [("ecg", 2000), ("pressure", 2100)])
 def test_the_indices_of_200_averages_are_those_of_the_cycle(fiducial, first):

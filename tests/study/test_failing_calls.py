@@ -73,7 +73,11 @@ def test_a_call_that_fails_ends_in_a_sentence_and_whole_files(job, calls, tmp_pa
 
 
 @pytest.mark.parametrize(
-    "job", [pytest.param(job, marks=pytest.mark.weekly if job == "extract" else pytest.mark.validation) for job in JOBS]
+    "job",
+    [
+        pytest.param(job, marks=pytest.mark.weekly if job in ("extract", "run") else pytest.mark.validation)
+        for job in JOBS
+    ],
 )
 def test_whichever_call_fails_or_is_the_last_the_job_goes_on_to_the_same_result(job, tmp_path, mice):
     before(job, tmp_path, mice)

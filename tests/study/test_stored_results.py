@@ -140,7 +140,7 @@ def test_light_results_hold_the_inlets_and_everything_else_and_what_is_shown_is_
     assert {group: whole[one.name] is one for group, one in shown.items()} == {"CTL": True, "HPH": True}
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_a_report_made_in_processes_is_the_one_made_here(cohort_results, tmp_path):
     settings = StudyFile(groups=["CTL", "HPH"], report={"pdf": False})
     for workers in (1, 2):

@@ -89,7 +89,7 @@ def test_parameters_that_cannot_be_held_or_bounded_so_are_refused(asked, words):
     ("name", "wall"),
     [
         pytest.param("linear", LinearWall(57.0), marks=pytest.mark.weekly),
-        pytest.param("tangent", TangentWall(9.0, 4.0), marks=pytest.mark.validation),
+        pytest.param("tangent", TangentWall(9.0, 4.0), marks=pytest.mark.weekly),
     ],
 )
 def test_the_viscosity_of_the_walls_is_recovered_from_noise_free_data(inflow, name, wall):

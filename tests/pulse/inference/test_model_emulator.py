@@ -60,8 +60,14 @@ def test_unseen_sets_are_within_the_error_that_it_states(fit, emulator):
     assert (emulator.quantities["error"] < 0.05).all()
 
 
-@pytest.mark.validation
-@pytest.mark.parametrize("law", ["linear", "tangent", "power"])
+@pytest.mark.parametrize(
+    "law",
+    [
+        pytest.param("linear", marks=pytest.mark.validation),
+        pytest.param("tangent", marks=pytest.mark.validation),
+        pytest.param("power", marks=pytest.mark.weekly),
+    ],
+)
 def test_of_two_hundred_unseen_sets_95_percent_are_within_the_stated_error(law):
     fit = calibrate(NETWORK, vw.virtual_mouse(), law, search=vw.Search(starts=2))
     assert (shares_within(fit, vw.emulate(fit), 200) >= 0.95).all()

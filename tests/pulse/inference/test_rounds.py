@@ -70,7 +70,7 @@ def test_the_posterior_of_a_linear_problem_is_the_normal_one():
     assert 500 < explored.effective < explored.weights.effective  # walkers remember
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_means_scatter_around_the_exact_ones_as_the_effective_draws_say():
     covariance = np.linalg.inv(J.T @ J / 0.25 + np.eye(UNKNOWNS))
     mean = covariance @ J.T @ DATA / 0.25

@@ -111,7 +111,7 @@ def widths_by_integration(problem, point):
     return (2 * 1.96) ** 2 * (weight @ (variance + mean**2) - (weight @ mean) ** 2)
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 @pytest.mark.parametrize(("noise", "hidden"), [(0.3, True), (0.0, False)])
 def test_an_uncertain_pressure_behind_the_beds_widens_what_depends_on_it(before_the_atrium, noise, hidden):
     """By all of its error where noise hides how pressure decays to it; a recording without noise tells some of it."""

@@ -21,7 +21,7 @@ TINY = 1e-4
 FINE = Numerics(samples=64, tolerance=1e-12, cell_size=0.05)
 
 
-@pytest.mark.parametrize("viscosity", [0.0, pytest.param(0.02, marks=pytest.mark.validation)])
+@pytest.mark.parametrize("viscosity", [0.0, pytest.param(0.02, marks=pytest.mark.weekly)])
 def test_a_small_wave_behind_the_beds_runs_up_the_tree_as_the_linear_model_says(viscosity):
     still = vw.Inflow(np.full(64, 1e-3), MOUSE.period)
     steady = vw.Model(SMALL, vw.LinearWall(60.0), FEW_BEDS, outlet_pressure=8.0, wall_viscosity=viscosity)
@@ -76,7 +76,7 @@ def test_beds_that_are_no_circuits_refuse_what_they_may_let_through():
 BEDS_OF_ONE = vw.Windkessel(np.array([5.0]), np.array([70.0]), np.array([1e-3]))
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_a_fit_that_is_told_of_the_wave_finds_the_truth_and_one_that_is_not_errs():
     model = vw.Model(SMALL, vw.LinearWall(70.0), FEW_BEDS, outlet_pressure=8.0, outlet_pulsation=3 * WAVE)
     waves = vw.simulate(model, MOUSE.inflow, Numerics(samples=256)).sel(vessel="1", station="inlet")

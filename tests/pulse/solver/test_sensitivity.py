@@ -95,6 +95,10 @@ def long(name, *values):
     return pytest.param(*values, marks=pytest.mark.validation, id=name)
 
 
+def weekly(name, *values):
+    return pytest.param(*values, marks=pytest.mark.weekly, id=name)
+
+
 LOSSES = {"junctions": "total", "loss": [0.0, 0.8, 0.0]}
 BEATING = 6.0 * np.sin(2 * np.pi * np.arange(64) / 64 + 0.3)
 
@@ -111,14 +115,14 @@ BEATING = 6.0 * np.sin(2 * np.pi * np.arange(64) / 64 + 0.3)
         long("linear, from rest", fork(), "beta 1, radius 2, length 0, R1 0, R2 0, C 0", FROM_REST, 1e-6),
         long("tangent", fork(TANGENT), "p1 1, gamma 1, radius 2, length 0, R1 0, R2 0, C 0", {}, 1e-6),
         long("losses", fork(TANGENT, **LOSSES), "p1 1, gamma 1, radius 0, length 1, R1 0, C 0", {}, 1e-7),
-        long("losses and tapers", fork(shape=TAPERS, **LOSSES), "beta 0, radius 1, length 0, R1 0, C 0", {}, 1e-6),
-        long("tangent, tapers", fork(TANGENT, shape=TAPERS, pressure=5.0), "p1 1, gamma 0, radius 0, C 0", {}, 1e-6),
-        long("power, tapers", fork(POWER, shape=TAPERS, pressure=5.0), "beta 1, m 0, radius 0, C 0", {}, 1e-6),
-        long("tapers, from rest", fork(shape=TAPERS, pressure=5.0), "beta 1, radius 0, length 0", FROM_REST, 1e-6),
+        weekly("losses and tapers", fork(shape=TAPERS, **LOSSES), "beta 0, radius 1, length 0, R1 0, C 0", {}, 1e-6),
+        weekly("tangent, tapers", fork(TANGENT, shape=TAPERS, pressure=5.0), "p1 1, gamma 0, radius 0, C 0", {}, 1e-6),
+        weekly("power, tapers", fork(POWER, shape=TAPERS, pressure=5.0), "beta 1, m 0, radius 0, C 0", {}, 1e-6),
+        weekly("tapers, from rest", fork(shape=TAPERS, pressure=5.0), "beta 1, radius 0, length 0", FROM_REST, 1e-6),
         long("shapes, mixed friction", fork(shape=BULGE, friction=Mixed()), "tapers 0, bulge 0, stiffness 0", {}, 1e-7),
         long("pulsation behind", fork(outlet_pulsation=BEATING), "beta 1, R1 0, R2 0, C 0", {}, 1e-5),
         long("viscous", fork(wall_viscosity=0.15), "beta 1, radius 2, length 0, R1 0, C 0, viscosity 0", {}, 1e-6),
-        long("viscous, losses", fork(TANGENT, wall_viscosity=0.15, shape=TAPERS, **LOSSES),
+        weekly("viscous, losses", fork(TANGENT, wall_viscosity=0.15, shape=TAPERS, **LOSSES),
              "p1 1, gamma 0, radius 2, length 0, viscosity 0", {}, 1e-6),
     ],
 )  # fmt: skip

@@ -126,7 +126,7 @@ def test_repeated_recordings_that_are_judged_by_thousands_are_judged_as_the_mode
 
 
 @pytest.mark.parametrize(("kind", "occasions"), [("mice", 1), ("litters", 1), ("mice", 2)])
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_the_promised_power_of_pairs_is_found_again_by_the_model_of_the_design(kind, occasions):
     """As `benchmarks/planning.py`, by fewer studies; recordings of one occasion are averaged."""
     asked = Planning(effect=1.5, pairs=planning.ALIKE, occasions=occasions, littermates=kind == "litters")
@@ -136,7 +136,7 @@ def test_the_promised_power_of_pairs_is_found_again_by_the_model_of_the_design(k
     np.testing.assert_allclose(found, promised, atol=3 * 0.5 / np.sqrt(150))
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_the_promised_power_of_two_occasions_is_found_again_by_the_model_of_repeated_recordings():
     asked = Planning(effect=1.7, occasions=2)
     promised = plan_of(planning.TWICE, planning.CORRELATION, "theory", asked).powers.loc[7]
@@ -144,7 +144,7 @@ def test_the_promised_power_of_two_occasions_is_found_again_by_the_model_of_repe
     np.testing.assert_allclose(found, promised, atol=3 * 0.5 / np.sqrt(150))  # as above
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_a_second_occasion_saves_animals_where_animals_differ_from_day_to_day_and_none_where_that_is_not_known():
     much = [one._replace(between=(0.1, 0.1), within=0.4) for one in SPREADS]
     needed = plan_of(much, ALIKE, "theory", Planning(effect=1.5)).needed
