@@ -6,6 +6,7 @@ Everything is built twice, in two folders, from the last commit. Status 1 where 
 mend. At the end stands what this machine cannot try.
 """
 
+import argparse
 import json
 import os
 import re
@@ -29,6 +30,7 @@ EXTRAS = "cluster,imaging,pdf,workbench"
 FREE = re.compile(r"0?BSD|MIT|Apache|ISC|PSF|Python Software Foundation|MPL|Mozilla|Zlib|CC0", re.IGNORECASE)
 BINDING = re.compile(r"GPL(?![-\w.+ ]*WITH GCC-exception)|General Public", re.IGNORECASE)
 """Licenses that would bind what is made with vasowave; GCC's exception frees what its libraries are linked into."""
+PROGRAMS = ("git", "uv", "twine", "check-wheel-contents", "pyright")
 LEAST_TYPED = 0.99  # of the public names
 LISTED = """
 import importlib.metadata as packages, json
@@ -159,4 +161,9 @@ def main(dist: Path) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(bool(main(Path(sys.argv[1] if len(sys.argv) > 1 else "dist").resolve())))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", nargs="?", default="dist", type=Path)
+    folder = parser.parse_args().folder.resolve()
+    if absent := [program for program in PROGRAMS if shutil.which(program) is None]:
+        parser.error(f"not here: {', '.join(absent)}; use `uv run --group release`")
+    sys.exit(bool(main(folder)))
