@@ -76,6 +76,7 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
         return Markup(f'<abbr tabindex="0" title="{escape(entries[sign])}">{escape(sign)}</abbr>')
 
     def marked(text: str) -> str:
+        text = text.replace("× ", "×\N{NO-BREAK SPACE}")
         # A table's first column and its header may hold single letters: they are whole cells.
         match = re.fullmatch(r"(\S+)( = \S+)?( \[.*\])?", text)
         if match and match[1] in entries:

@@ -3,7 +3,7 @@
 /** @import { SignalScene } from "./signals.js" */
 /** @import { Span } from "./timeline.js" */
 import { formatted } from "./dom.js";
-import { stroke, style } from "./plot.js";
+import { caption, stroke, style } from "./plot.js";
 import { FOOT, labelOf, RIGHT, timeScale } from "./signals.js";
 import { valuesAt } from "./timeline.js";
 
@@ -37,8 +37,6 @@ function drawComments(pen, { recording: { comments = [] }, view }, { width, bott
     const { x } = timeScale(view, width);
     let free = -Infinity;
     pen.strokeStyle = style("--ink");
-    pen.textAlign = "left";
-    pen.textBaseline = "bottom";
     pen.setLineDash([5, 4]);
     for (const [time, text] of comments) {
         if (time < view[0] || time > view[1]) continue;
@@ -46,10 +44,7 @@ function drawComments(pen, { recording: { comments = [] }, view }, { width, bott
         stroke(pen, [left, 0], [left, bottom]);
         const long = pen.measureText(words).width, start = Math.min(left + 4, width - RIGHT - long - 4);
         if (start < free) continue;
-        pen.fillStyle = style("--paper");
-        pen.fillRect(start - 2, bottom - 21, long + 4, 15);
-        pen.fillStyle = style("--ink");
-        pen.fillText(words, start, bottom - 7);
+        caption(pen, words, [start, bottom - 19]);
         free = start + long + 8;
     }
     pen.setLineDash([]);

@@ -244,3 +244,20 @@ export function watched(canvas, draw) {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => canvas.isConnected && draw());
     return canvas;
 }
+
+/**
+ * Write words on a patch of paper, so that they are read on whatever is drawn.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {string} words
+ * @param {[left: number, top: number]} place
+ */
+export function caption(pen, words, [left, top]) {
+    pen.textAlign = "left";
+    pen.textBaseline = "top";
+    pen.globalAlpha = 0.85;
+    pen.fillStyle = style("--paper");
+    pen.fillRect(left - 2, top - 2, pen.measureText(words).width + 4, 15);
+    pen.globalAlpha = 1;
+    pen.fillStyle = style("--ink");
+    pen.fillText(words, left, top);
+}

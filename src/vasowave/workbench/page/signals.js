@@ -3,7 +3,7 @@
 /** @import { Beats, RecordingAnswer, Value } from "./answers.d.ts" */
 /** @import { Span, Trace } from "./timeline.js" */
 import { count, formatted } from "./dom.js";
-import { MODEL, plot, sheet, stroke, style, ticks } from "./plot.js";
+import { caption, MODEL, plot, sheet, stroke, style, ticks } from "./plot.js";
 import { clock, extremes, fates, lastNotAfter, spanOf } from "./timeline.js";
 
 export const LEFT = 54, RIGHT = 6, FOOT = 18; // pixels
@@ -146,10 +146,7 @@ function drawSignal(pen, trace, view, label, { top, bottom, width }) {
     pen.clip();
     drawTrace(pen, trace, view, timeScale(view, width).x, y);
     pen.restore();
-    pen.textAlign = "left";
-    pen.textBaseline = "top";
-    pen.fillStyle = style("--ink");
-    pen.fillText(label, LEFT + 4, top - 2);
+    caption(pen, label, [LEFT + 4, top - 2]);
 }
 
 /**
@@ -246,15 +243,8 @@ export function drawStrip(canvas, values, view, { duration = 0, signals = ["pres
     pen.fillRect(from, 0, Math.max(2, to - from), height);
     pen.fillStyle = style("--ink");
     for (const [time] of comments) pen.fillRect(time / duration * width, 0, 1.5, 7);
-    const words = `${signals[0]} of all ${formatted(duration, 4)} s`;
-    pen.globalAlpha = 0.85;
-    pen.fillStyle = style("--paper");
-    pen.fillRect(0, height - 15, pen.measureText(words).width + 8, 15);
     pen.globalAlpha = 1;
-    pen.fillStyle = style("--ink");
-    pen.textAlign = "left";
-    pen.textBaseline = "bottom";
-    pen.fillText(words, 4, height - 2);
+    caption(pen, `${signals[0]} of all ${formatted(duration, 4)} s`, [4, height - 13]);
 }
 
 /**

@@ -38,8 +38,8 @@ CLEAR = LIMIT
 
 _MAX_NAMED = 3  # undecided quantities in the lead of several comparisons
 
-THE_ANSWER = "The answer"
-"""What stands before the sentence that answers the question of a study."""
+THE_ANSWER, RESTS_ON, HOW_SURE = "The answer", "What does this rest on?", "How sure is this?"
+"""The titles of the sentence that answers the question of a study, and of what is read after its numbers."""
 
 
 class StudyAnswer(NamedTuple):
@@ -55,7 +55,7 @@ class StudyAnswer(NamedTuple):
     def items(self, rests_on: Sequence[str] = (), sure: Sequence[str] = ()) -> list[tuple[str, str]]:
         """Return questions with their answers, the whole first; with what all rests on, and more of how sure it is."""
         basis, sureness = " ".join(rests_on), " ".join([*self.sureness, *sure])
-        ends = [("What does this rest on?", basis), ("How sure is this?", sureness)]
+        ends = [(RESTS_ON, basis), (HOW_SURE, sureness)]
         first = [(THE_ANSWER, " ".join(self.first))] if self.first else []
         return [*first, *self.questions, *(end for end in ends if end[1])]
 

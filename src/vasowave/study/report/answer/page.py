@@ -20,7 +20,16 @@ from vasowave.study.report.answer.comparison import groups_figure
 from vasowave.study.report.answer.design import design_answer
 from vasowave.study.report.answer.effects import Called
 from vasowave.study.report.answer.forest import animal_rows
-from vasowave.study.report.answer.groups import THE_ANSWER, doubts_text, group_answer, not_told, sensitivity, tested
+from vasowave.study.report.answer.groups import (
+    HOW_SURE,
+    RESTS_ON,
+    THE_ANSWER,
+    doubts_text,
+    group_answer,
+    not_told,
+    sensitivity,
+    tested,
+)
 from vasowave.study.report.answer.limits import basis, model_limits, no_wedge, shared_images
 from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.answer.problem_list import overstrained, problem_blocks
@@ -31,6 +40,8 @@ from vasowave.study.report.terms import caller, defined
 from vasowave.study.report.wording import UNLIMITED, listed, nearest, number, undecided, unlimited
 
 _NEAR = "≈: other draws may put this p on the other side of 0.05."
+BASES = {RESTS_ON, HOW_SURE}
+"""What is read after the results, below their figure."""
 UNLIKE = 0.15
 """Share of the measured decay by which R_T C_T may differ before the page says that the two are not the same."""
 
@@ -41,7 +52,9 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Se
     forest = _forest(cohort, primary, family, called)
     answers = _answers(cohort, primary, family, written, called)
     lead = [Answers(answers[:1])] if answers[0][0] == THE_ANSWER else []
-    answer_and_forest = SideBySide([Answers(answers[len(lead) :])], forest)
+    results = [item for item in answers[len(lead) :] if item[0] not in BASES]
+    bases = [item for item in answers if item[0] in BASES]
+    answer_and_forest = SideBySide([Answers(results)], [*forest, *([Answers(bases)] if bases else [])])
     waves, network = _pictures(cohort, primary.law)
     return [
         Section("answer", "The answer", [*lead, answer_and_forest, *attribution_summary(cohort)]),
