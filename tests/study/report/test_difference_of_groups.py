@@ -9,7 +9,14 @@ from scipy import stats
 
 import vasowave as vw
 from made_cohort import made_results
-from vasowave.study.cohort import ComponentExchange, GroupAttribution, Variable, attribution_table, gathered
+from vasowave.study.cohort import (
+    ComponentExchange,
+    Design,
+    GroupAttribution,
+    Variable,
+    attribution_table,
+    gathered,
+)
 from vasowave.study.datasets import virtual_cohort
 from vasowave.study.report.answer import attribution_answer, attribution_summary
 from vasowave.study.results import attributed
@@ -83,6 +90,37 @@ def test_the_image_of_a_group_widens_what_its_geometry_and_walls_do_but_not_the_
     widened, alone = made.means("pPAP"), replace(made, of_images=()).means("pPAP")
     added = (widened["high"] - widened["low"]) / (alone["high"] - alone["low"])
     assert added["geometry"] > max(1.05, added["change"])
+
+
+def test_a_second_factor_is_told_at_each_level_and_within_each_group():
+    results = made_results({"CTL": 4, "HPH": 4}, walls=("linear",))
+    cells = {result.name: ("drug" if result.name[-1] in "34" else "vehicle") for result in results}
+    treated = Variable.from_cells("treatment", cells)
+    design = Design(factor="treatment")
+    made = attributed(gathered(results, "CTL", variables=[treated], design=design))
+    assert [(one.first, one.last) for one in made.changes] == [
+        ("CTL, vehicle", "HPH, vehicle"),
+        ("CTL, drug", "HPH, drug"),
+        ("CTL, vehicle", "CTL, drug"),
+        ("HPH, vehicle", "HPH, drug"),
+    ]
+    for one in made.changes:
+        members = [{result.name for result in made.cells[label].results} for label in (one.first, one.last)]
+        assert all(before in members[0] and after in members[1] for before, after in one.exchanges)
+        assert one.animals() == [2, 2]
+    [(_, text)] = attribution_answer(made)
+    assert "HPH, drug against HPH, vehicle (n = 2 + 2): mean pressure" in text
+
+
+def test_recordings_of_one_animal_without_an_order_are_refused_with_what_to_name():
+    results = made_results({"CTL": 4, "HPH": 4}, walls=("linear",))
+    mice = Variable.from_cells(
+        "mouse", {result.name: f"{result.group} {int(result.name[-1]) % 2}" for result in results}
+    )
+    made = attributed(gathered(results, "CTL", variables=[mice], design=Design(subject="mouse")))
+    [(_, text)] = attribution_answer(made)
+    assert text.startswith("HPH against CTL: not told, because animals were recorded more than once")
+    assert "`occasion`" in text
 
 
 def test_a_lung_of_each_animals_own_adds_nothing(results):
