@@ -48,7 +48,7 @@ def test_the_change_is_that_of_the_model_that_made_the_recording(change):
         assert table.loc[name, "change"] == pytest.approx(difference, abs=0.05 * max(abs(difference), 1.0))
 
 
-@pytest.mark.weekly
+@pytest.mark.validation
 def test_of_twenty_animals_the_intervals_hold_the_true_change_in_eighteen_or_more():
     held = []
     for number in range(20):

@@ -15,6 +15,7 @@ from vasowave.study.cohort import (
     GroupAttribution,
     Variable,
     attribution_table,
+    difference_of_changes,
     gathered,
 )
 from vasowave.study.datasets import virtual_cohort
@@ -73,6 +74,28 @@ def test_an_occasion_that_is_called_like_its_group_stays_an_occasion():
     interval = stats.ttest_1samp([1.0, 2.5, 2.0], 0).confidence_interval(0.95)
     assert made.animals() == [3]
     assert made.means("mPAP").loc["change", "high"] == pytest.approx(interval.high, rel=1e-9)
+
+
+def followed(group, changes):
+    """A group whose animals changed by so much in the beds, or in walls and beds."""
+    exchanges = {}
+    for name, shares in changes.items():
+        row = pd.DataFrame({"unit": "mmHg", "before": 0.0, "after": 0.0, "change": sum(shares.values())} | shares,
+                           ["mPAP"])  # fmt: skip
+        exchanges[f"{name} before", f"{name} after"] = ComponentExchange(row, row)
+    return GroupAttribution(group, "before", "after", exchanges, {}, of_groups=False)
+
+
+def test_what_a_treatment_changed_is_told_against_what_changed_without_it_by_welch():
+    vehicle = followed("vehicle", {"a": {"beds": 1.0}, "b": {"beds": 2.5}, "c": {"beds": 2.0}})
+    shares = {"d": -4.0, "e": -5.5, "f": -6.0, "g": -4.5}
+    treated = followed("treated", {name: {"walls": -1.0, "beds": share} for name, share in shares.items()})
+    told = difference_of_changes(treated, vehicle, "mPAP")
+    interval = stats.ttest_ind([*shares.values()], [1.0, 2.5, 2.0], equal_var=False).confidence_interval(0.95)
+    assert tuple(told.loc["beds", ["low", "high"]]) == pytest.approx((interval.low, interval.high))
+    assert told.loc["walls", "mean"] == -1.0
+    assert told.index[0] == "change"
+    assert told["mean"].iloc[1:].sum() == pytest.approx(told.loc["change", "mean"])
 
 
 def test_shares_add_up_and_an_exchange_that_is_undone_takes_them_back(cohort):

@@ -62,16 +62,19 @@ def attributed(cohort: Cohort, family: Family | None = None) -> Cohort:
     family : Family, optional
         The primary comparison; fits of its wall law are exchanged.
     """
-    law = primary_law(cohort, family or Family())
-    changes = _exchanged_of(cohort, law) if law else []
+    is_longitudinal = bool(cohort.design.subject and cohort.design.occasion and len(levels_of(cohort.second)) > 1)
+    labels = _compared_cells(cohort)
+    if not labels or not (law := primary_law(cohort, family or Family())):
+        return cohort
+    if is_longitudinal:
+        changes = [_of_occasions(cohort, group, law) for group in cohort.groups]
+    else:
+        changes = _of_cells(cohort, labels, law)
     return replace(cohort, changes=tuple(change for change in changes if change.exchanges or change.failures))
 
 
-def _exchanged_of(cohort: Cohort, law: str) -> list[GroupAttribution]:
-    """Return what made the groups, as their design asks, or why that is not told."""
-    if cohort.design.subject and cohort.design.occasion and len(levels_of(cohort.second)) > 1:
-        return [_of_occasions(cohort, group, law) for group in cohort.groups]
-    labels = _compared_cells(cohort)
+def _of_cells(cohort: Cohort, labels: Sequence[tuple[str, str]], law: str) -> list[GroupAttribution]:
+    """Return what makes the second cell of each pair differ from the first, or why that is not told."""
     if cohort.repeated:
         return [GroupAttribution(after, before, after, {}, {(before, after): _REPEATED}, of_groups=True)
                 for before, after in labels[:1]]  # fmt: skip
