@@ -122,10 +122,12 @@ def drawn_recording(rng: np.random.Generator, species: str, rhythm: str) -> tupl
     breath = np.clip(np.sin(2 * np.pi * time / (rng.uniform(5, 9) * pulse.period)), 0, None)
     pressure = pressure + rng.choice([0.0, 0.05]) * np.ptp(pressure) * breath
     noise = rng.uniform(0.002, 0.01)
-    noisy = [wave + noise * np.ptp(wave) * rng.standard_normal(len(wave)) for wave in (pressure, flow)]
+    noisy_pressure, noisy_flow = (wave + noise * np.ptp(wave) * rng.standard_normal(len(wave))
+                                  for wave in (pressure, flow))  # fmt: skip
     ecg = np.exp(-0.5 * (((place + 0.08 + 0.5) % 1.0 - 0.5) / 0.01) ** 2)
     has_ecg = rng.random() < 0.5
-    return pulse, RawRecording(*noisy, rate, ecg + 0.02 * rng.standard_normal(len(ecg)) if has_ecg else None)
+    noisy_ecg = ecg + 0.02 * rng.standard_normal(len(ecg)) if has_ecg else None
+    return pulse, RawRecording(noisy_pressure, noisy_flow, rate, noisy_ecg)
 
 
 def errors(count: int) -> Iterator[dict[str, float]]:
@@ -137,10 +139,10 @@ def errors(count: int) -> Iterator[dict[str, float]]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", vw.errors.VasowaveWarning)
             average = vw.average_beats(raw, 20, heart_rates=heart_rates_of(species))
-            told = vw.cycle_indices(average, pulse.truth["Z_c"]).values
+            indices = vw.cycle_indices(average, pulse.truth["Z_c"]).values
         sizes = {name: pulse.period if name in TIMES else pulse.truth[name] for name in NUMBERS}
-        off = {name: (told.get(name, np.nan) - pulse.truth[name]) / sizes[name] for name in NUMBERS}
-        missed = ("notch" in told) != np.isfinite(pulse.truth["notch"])
+        off = {name: (indices.get(name, np.nan) - pulse.truth[name]) / sizes[name] for name in NUMBERS}
+        missed = ("notch" in indices) != np.isfinite(pulse.truth["notch"])
         yield off | ({"notch": np.inf} if missed else {})
 
 
@@ -156,9 +158,9 @@ def table(count: int) -> Iterator[str]:
     rows = [*errors(count)]
     for name in NUMBERS:
         off = np.abs([row[name] for row in rows])
-        told = off[np.isfinite(off)]
-        cells = (f"`{name}`", f"{len(told)} of {count}", f"{sum(right(name, value) for value in off)} of {count}",
-                 *(f"{100 * value:.1f} %" for value in (np.median(told), told.max())))  # fmt: skip
+        finite = off[np.isfinite(off)]
+        cells = (f"`{name}`", f"{len(finite)} of {count}", f"{sum(right(name, value) for value in off)} of {count}",
+                 *(f"{100 * value:.1f} %" for value in (np.median(finite), finite.max())))  # fmt: skip
         yield f"| {' | '.join(cells)} |"
 
 

@@ -39,10 +39,10 @@ def row(kind: str, shapes: tuple[str, ...], each: int) -> str:
     rng = np.random.default_rng([2027, list(KINDS).index(kind), SHAPES.index(shapes[0])])
     counts = np.zeros(4, dtype=int)
     for case in made_ventricles(rng, shapes, each=each, **KINDS[kind]):
-        told = pressure_volume(PressureVolume(case.pressure, case.volume, case.rate, case.name)).estimates
-        if "E_es" not in told:
+        estimates = pressure_volume(PressureVolume(case.pressure, case.volume, case.rate, case.name)).estimates
+        if "E_es" not in estimates:
             continue
-        elastance, zero = told["E_es"], told["V_0"]
+        elastance, zero = estimates["E_es"], estimates["V_0"]
         counts += [
             abs(elastance.value / case.elastance - 1) < 0.05,
             abs(zero.value - case.zero_volume) < 0.1 * case.stroke_volume,

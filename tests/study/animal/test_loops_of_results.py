@@ -61,13 +61,13 @@ def test_an_animal_has_the_numbers_of_its_loops_with_their_intervals(results, ma
 
 
 def test_the_loops_that_are_kept_have_the_work_and_the_line_that_are_told(results, made):
-    kept, told = results[0].loops, results[0].measured.quantities
-    loops = kept.isel(loop=kept["steady"].to_numpy() == 1)
+    stored, numbers = results[0].loops, results[0].measured.quantities
+    loops = stored.isel(loop=stored["steady"].to_numpy() == 1)
     work = [-trapezoid(p, V) * units.MILLIWATT for p, V in zip(loops["pressure"], loops["volume"], strict=True)]
-    assert np.mean(work) == pytest.approx(float(told["loops_stroke_work"]), rel=0.01)
-    (low, high), (start, end) = kept["line_pressure"].to_numpy(), kept["line_volume"].to_numpy()
-    assert (high - low) / (end - start) == pytest.approx(float(told["loops_E_es"]))
-    assert int(kept["family"].sum()) > 10
+    assert np.mean(work) == pytest.approx(float(numbers["loops_stroke_work"]), rel=0.01)
+    (low, high), (start, end) = stored["line_pressure"].to_numpy(), stored["line_volume"].to_numpy()
+    assert (high - low) / (end - start) == pytest.approx(float(numbers["loops_E_es"]))
+    assert int(stored["family"].sum()) > 10
 
 
 def test_the_supplement_and_the_panels_draw_the_loops_of_an_animal_of_each_group(results):

@@ -90,12 +90,12 @@ def test_what_a_treatment_changed_is_told_against_what_changed_without_it_by_wel
     vehicle = followed("vehicle", {"a": {"beds": 1.0}, "b": {"beds": 2.5}, "c": {"beds": 2.0}})
     shares = {"d": -4.0, "e": -5.5, "f": -6.0, "g": -4.5}
     treated = followed("treated", {name: {"walls": -1.0, "beds": share} for name, share in shares.items()})
-    told = difference_of_changes(treated, vehicle, "mPAP")
+    excess = difference_of_changes(treated, vehicle, "mPAP")
     interval = stats.ttest_ind([*shares.values()], [1.0, 2.5, 2.0], equal_var=False).confidence_interval(0.95)
-    assert tuple(told.loc["beds", ["low", "high"]]) == pytest.approx((interval.low, interval.high))
-    assert told.loc["walls", "mean"] == -1.0
-    assert told.index[0] == "change"
-    assert told["mean"].iloc[1:].sum() == pytest.approx(told.loc["change", "mean"])
+    assert tuple(excess.loc["beds", ["low", "high"]]) == pytest.approx((interval.low, interval.high))
+    assert excess.loc["walls", "mean"] == -1.0
+    assert excess.index[0] == "change"
+    assert excess["mean"].iloc[1:].sum() == pytest.approx(excess.loc["change", "mean"])
 
 
 def test_shares_add_up_and_an_exchange_that_is_undone_takes_them_back(cohort):
@@ -121,16 +121,16 @@ def test_a_second_factor_is_told_at_each_level_and_within_each_group():
     treated = Variable.from_cells("treatment", cells)
     design = Design(factor="treatment")
     made = attributed(gathered(results, "CTL", variables=[treated], design=design))
-    assert [(one.first, one.last) for one in made.changes] == [
+    assert [(compared.first, compared.last) for compared in made.changes] == [
         ("CTL, vehicle", "HPH, vehicle"),
         ("CTL, drug", "HPH, drug"),
         ("CTL, vehicle", "CTL, drug"),
         ("HPH, vehicle", "HPH, drug"),
     ]
-    for one in made.changes:
-        members = [{result.name for result in made.cells[label].results} for label in (one.first, one.last)]
-        assert all(before in members[0] and after in members[1] for before, after in one.exchanges)
-        assert one.animals() == [2, 2]
+    for compared in made.changes:
+        members = [{result.name for result in made.cells[label].results} for label in (compared.first, compared.last)]
+        assert all(before in members[0] and after in members[1] for before, after in compared.exchanges)
+        assert compared.animals() == [2, 2]
     [(_, text)] = attribution_answer(made)
     assert "HPH, drug against HPH, vehicle (n = 2 + 2): mean pressure" in text
 

@@ -122,12 +122,14 @@ def loops_dataset(function: VentricularFunction) -> xr.Dataset:
     )
 
 
-def _end_systolic_line(function: VentricularFunction, least: float, largest: float) -> dict[str, xr.Variable]:
+def _end_systolic_line(
+    function: VentricularFunction, smallest_volume: float, largest_volume: float
+) -> dict[str, xr.Variable]:
     """Return both ends of the line of slope E_es, between two volumes, from V_0 on; nothing without a family."""
     if "E_es" not in function.estimates:
         return {}
     elastance, zero = (function.estimates[name].value for name in ("E_es", "V_0"))
-    volume = np.array([max(zero, least), largest])
+    volume = np.array([max(zero, smallest_volume), largest_volume])
     return {
         "line_volume": labelled("line_end", volume, "ml", "volume at the ends of the end-systolic line"),
         "line_pressure": labelled("line_end", elastance * (volume - zero), "mmHg", "pressure there"),

@@ -78,8 +78,8 @@ def _of_cells(cohort: Cohort, labels: Sequence[tuple[str, str]], law: str) -> li
     if cohort.repeated:
         return [GroupAttribution(after, before, after, {}, {(before, after): _REPEATED}, of_groups=True)
                 for before, after in labels[:1]]  # fmt: skip
-    most = max(1, _MAX_CROSSED_PAIRS // len(labels)) if cohort.crossed else MAX_PAIRS
-    return [_of_groups(cohort, pair, law, most) for pair in labels]
+    max_pairs = max(1, _MAX_CROSSED_PAIRS // len(labels)) if cohort.crossed else MAX_PAIRS
+    return [_of_groups(cohort, pair, law, max_pairs) for pair in labels]
 
 
 def _compared_cells(cohort: Cohort) -> list[tuple[str, str]]:
@@ -100,7 +100,7 @@ def _of_occasions(cohort: Cohort, group: str, law: str) -> GroupAttribution:
     return _made((group, first, last), pairs, failures, of_groups=False)
 
 
-def _of_groups(cohort: Cohort, labels: tuple[str, str], law: str, most: int) -> GroupAttribution:
+def _of_groups(cohort: Cohort, labels: tuple[str, str], law: str, max_pairs: int) -> GroupAttribution:
     """Exchange animals of a cell with those of another, and the images that several of them share."""
     members = [result for label in labels for result in cohort.cells[label].results if law in result.laws]
     images = numbered(members, _IMAGE, cohort.variables[_IMAGE].levels if _IMAGE in cohort.variables else {})
@@ -108,7 +108,7 @@ def _of_groups(cohort: Cohort, labels: tuple[str, str], law: str, most: int) -> 
     befores, afters = (
         [states[result.name] for result in cohort.cells[label].results if result.name in states] for label in labels
     )
-    pairs = _pairs(befores, afters, most)
+    pairs = _pairs(befores, afters, max_pairs)
     made = _made((labels[1], *labels), pairs, failures, of_groups=True)
     if not made.exchanges:
         return made
@@ -162,12 +162,12 @@ def _exchanged(before: _FittedState, after: _FittedState) -> ComponentExchange:
     return ComponentExchange(made.table, made.undone)
 
 
-def _pairs(befores: Sequence[_FittedState], afters: Sequence[_FittedState], most: int) -> list[_StatePair]:
+def _pairs(befores: Sequence[_FittedState], afters: Sequence[_FittedState], max_pairs: int) -> list[_StatePair]:
     """Return all pairs, or as many as are worked on, in which every animal stands about as often."""
     befores, afters = _spread(befores), _spread(afters)
     count = max(len(befores), len(afters))
     vessels = max((len(state.model.network) for state in (*befores, *afters)), default=1)
-    limit = min(max(most, count), max(count, _MAX_VESSELS // vessels))
+    limit = min(max(max_pairs, count), max(count, _MAX_VESSELS // vessels))
     if len(befores) * len(afters) <= limit:
         return [(before, after) for after in afters for before in befores]
     return [

@@ -58,13 +58,15 @@ def attribution_summary(cohort: Cohort) -> list[Table]:
 
 def _differences(cohort: Cohort) -> list[tuple[str, dict[str, pd.DataFrame]]]:
     """Return by how much the change of each group exceeds that of the reference, where animals were followed."""
-    reference, *groups = [changed for changed in cohort.changes if changed.exchanges] or [None]
-    if reference is None or reference.of_groups or reference.group != cohort.reference:
+    followed = [changed for changed in cohort.changes if changed.exchanges and not changed.of_groups]
+    reference = next((changed for changed in followed if changed.group == cohort.reference), None)
+    if reference is None:
         return []
     return [
         (f"change of {short(changed.group)} less that of {short(reference.group)}",
          {name: difference_of_changes(changed, reference, name) for name in _QUANTITIES})
-        for changed in groups
+        for changed in followed
+        if changed is not reference
     ]  # fmt: skip
 
 
