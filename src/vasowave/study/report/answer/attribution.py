@@ -16,7 +16,10 @@ _SHARES = (
     "Each component of the fitted models was exchanged, in every order; its share is the mean of what that does, and "
     "the shares add up to the change. Heart: flow and rate; geometry: the image. Pair by pair: supplement, Attribution."
 )
-_OCCASIONS = "Mean over animals [95 %], mmHg, between the two occasions. "
+_OCCASIONS = (
+    "Mean over animals [95 %], mmHg, between the two occasions, each interval alone. At the same ratio a group of "
+    "higher pressure changes by more mmHg: whether ratios differ, the answer says. "
+)
 _GROUPS = (
     "Mean over pairs of animals [95 %], mmHg. Intervals hold the scatter of animals and errors of the radii of shared "
     "images, for each number alone. "
@@ -63,7 +66,7 @@ def _differences(cohort: Cohort) -> list[tuple[str, dict[str, pd.DataFrame]]]:
     if reference is None:
         return []
     return [
-        (f"change of {short(changed.group)} less that of {short(reference.group)}",
+        (f"change of {short(changed.group)} less that of {short(reference.group)}, in mmHg, not as a ratio",
          {name: difference_of_changes(changed, reference, name) for name in _QUANTITIES})
         for changed in followed
         if changed is not reference
