@@ -60,10 +60,10 @@ def test_what_is_no_finite_number_is_no_value(door, text):
 
 
 def test_a_figure_has_as_many_panels_as_there_are(door):
-    assert refusal(door, "figure", {"animal": "CTL 0", "panels": ["flow"] * 7}).startswith(
-        "panels: 7 values are too many"
+    assert refusal(door, "figure", {"animal": "CTL 0", "panels": ["flow"] * 8}).startswith(
+        "panels: 8 values are too many"
     )
-    assert refusal(door, "figure", {"animal": "CTL 0", "panels": ["flow"] * 500}).endswith("at once; at most 6")
+    assert refusal(door, "figure", {"animal": "CTL 0", "panels": ["flow"] * 500}).endswith("at once; at most 7")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="a system without pipes")

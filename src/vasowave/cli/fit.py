@@ -259,7 +259,7 @@ def _save(function: "vw.VentricularFunction", output: Path | None, beats: Path |
             content = table().to_csv(float_format="%.8g", lineterminator="\n")
             typer.echo(f"{words}: {io.write_file(path, content)}")
     if plot is not None:
-        typer.echo(f"Figure: {models.draw(lambda: figures.loops_figure(function), plot)}")
+        typer.echo(f"Figure: {models.draw(lambda: figures.loops_figure(animals.loops_dataset(function)), plot)}")
 
 
 def _stretch(option: str, text: str) -> tuple[float, float] | None:

@@ -1,15 +1,20 @@
 """Loops of pressure and volume on their way through a table of animals, an analysis, a comparison and a report."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.integrate import trapezoid
 
 import vasowave as vw
 from made_ventricle import made_ventricles
+from vasowave.base import units
 from vasowave.pulse.analysis import VENTRICULAR
 from vasowave.study.animal import read_result, write_result
 from vasowave.study.cohort import Family, gathered, primary_comparison
 from vasowave.study.folder import StudyFile, read_row
+from vasowave.study.report.sections import data_section
 from vasowave.study.results import file_hashes, load_animal
 from vasowave.study.running import fit_sentences, option_of
 
@@ -53,6 +58,27 @@ def test_an_animal_has_the_numbers_of_its_loops_with_their_intervals(results, ma
     write_result(results[0], tmp_path / "one.nc")
     assert read_result(tmp_path / "one.nc").identical(results[0])
     assert any(sentence.startswith("Ventricle by loops") for sentence in fit_sentences(results[0]))
+
+
+def test_the_loops_that_are_kept_have_the_work_and_the_line_that_are_told(results, made):
+    stored, numbers = results[0].loops, results[0].measured.quantities
+    loops = stored.isel(loop=stored["steady"].to_numpy() == 1)
+    work = [-trapezoid(p, V) * units.MILLIWATT for p, V in zip(loops["pressure"], loops["volume"], strict=True)]
+    assert np.mean(work) == pytest.approx(float(numbers["loops_stroke_work"]), rel=0.01)
+    (low, high), (start, end) = stored["line_pressure"].to_numpy(), stored["line_volume"].to_numpy()
+    assert (high - low) / (end - start) == pytest.approx(float(numbers["loops_E_es"]))
+    assert int(stored["family"].sum()) > 10
+
+
+def test_the_supplement_and_the_panels_draw_the_loops_of_an_animal_of_each_group(results):
+    names = [getattr(block, "name", "") for block in data_section(gathered(results)).blocks]
+    assert [name for name in names if name.startswith("Loops")] == ["Loops-1", "Loops-2"]
+    none_shown = [replace(result, loops=None if place < 2 else result.loops) for place, result in enumerate(results)]
+    names = [getattr(block, "name", "") for block in data_section(gathered(none_shown)).blocks]
+    assert [name for name in names if name.startswith("Loops")] == ["Loops-2"]
+    ax = results[0].plot.loops()
+    assert ax.get_xlabel() == "volume [µl]"
+    assert len(ax.lines) == results[0].loops.sizes["loop"] + 3
 
 
 def test_groups_are_compared_by_what_loops_tell_as_by_any_other_number(results, made):

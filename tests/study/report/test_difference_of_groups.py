@@ -9,7 +9,15 @@ from scipy import stats
 
 import vasowave as vw
 from made_cohort import made_results
-from vasowave.study.cohort import ComponentExchange, GroupAttribution, Variable, attribution_table, gathered
+from vasowave.study.cohort import (
+    ComponentExchange,
+    Design,
+    GroupAttribution,
+    Variable,
+    attribution_table,
+    difference_of_changes,
+    gathered,
+)
 from vasowave.study.datasets import virtual_cohort
 from vasowave.study.report.answer import attribution_answer, attribution_summary
 from vasowave.study.results import attributed
@@ -68,6 +76,28 @@ def test_an_occasion_that_is_called_like_its_group_stays_an_occasion():
     assert made.means("mPAP").loc["change", "high"] == pytest.approx(interval.high, rel=1e-9)
 
 
+def followed(group, changes):
+    """A group whose animals changed by so much in the beds, or in walls and beds."""
+    exchanges = {}
+    for name, shares in changes.items():
+        row = pd.DataFrame({"unit": "mmHg", "before": 0.0, "after": 0.0, "change": sum(shares.values())} | shares,
+                           ["mPAP"])  # fmt: skip
+        exchanges[f"{name} before", f"{name} after"] = ComponentExchange(row, row)
+    return GroupAttribution(group, "before", "after", exchanges, {}, of_groups=False)
+
+
+def test_what_a_treatment_changed_is_told_against_what_changed_without_it_by_welch():
+    vehicle = followed("vehicle", {"a": {"beds": 1.0}, "b": {"beds": 2.5}, "c": {"beds": 2.0}})
+    shares = {"d": -4.0, "e": -5.5, "f": -6.0, "g": -4.5}
+    treated = followed("treated", {name: {"walls": -1.0, "beds": share} for name, share in shares.items()})
+    excess = difference_of_changes(treated, vehicle, "mPAP")
+    interval = stats.ttest_ind([*shares.values()], [1.0, 2.5, 2.0], equal_var=False).confidence_interval(0.95)
+    assert tuple(excess.loc["beds", ["low", "high"]]) == pytest.approx((interval.low, interval.high))
+    assert excess.loc["walls", "mean"] == -1.0
+    assert excess.index[0] == "change"
+    assert excess["mean"].iloc[1:].sum() == pytest.approx(excess.loc["change", "mean"])
+
+
 def test_shares_add_up_and_an_exchange_that_is_undone_takes_them_back(cohort):
     [made] = cohort.changes
     for exchange in made.exchanges.values():
@@ -83,6 +113,37 @@ def test_the_image_of_a_group_widens_what_its_geometry_and_walls_do_but_not_the_
     widened, alone = made.means("pPAP"), replace(made, of_images=()).means("pPAP")
     added = (widened["high"] - widened["low"]) / (alone["high"] - alone["low"])
     assert added["geometry"] > max(1.05, added["change"])
+
+
+def test_a_second_factor_is_told_at_each_level_and_within_each_group():
+    results = made_results({"CTL": 4, "HPH": 4}, walls=("linear",))
+    cells = {result.name: ("drug" if result.name[-1] in "34" else "vehicle") for result in results}
+    treated = Variable.from_cells("treatment", cells)
+    design = Design(factor="treatment")
+    made = attributed(gathered(results, "CTL", variables=[treated], design=design))
+    assert [(compared.first, compared.last) for compared in made.changes] == [
+        ("CTL, vehicle", "HPH, vehicle"),
+        ("CTL, drug", "HPH, drug"),
+        ("CTL, vehicle", "CTL, drug"),
+        ("HPH, vehicle", "HPH, drug"),
+    ]
+    for compared in made.changes:
+        members = [{result.name for result in made.cells[label].results} for label in (compared.first, compared.last)]
+        assert all(before in members[0] and after in members[1] for before, after in compared.exchanges)
+        assert compared.animals() == [2, 2]
+    [(_, text)] = attribution_answer(made)
+    assert "HPH, drug against HPH, vehicle (n = 2 + 2): mean pressure" in text
+
+
+def test_recordings_of_one_animal_without_an_order_are_refused_with_what_to_name():
+    results = made_results({"CTL": 4, "HPH": 4}, walls=("linear",))
+    mice = Variable.from_cells(
+        "mouse", {result.name: f"{result.group} {int(result.name[-1]) % 2}" for result in results}
+    )
+    made = attributed(gathered(results, "CTL", variables=[mice], design=Design(subject="mouse")))
+    [(_, text)] = attribution_answer(made)
+    assert text.startswith("HPH against CTL: not told, because animals were recorded more than once")
+    assert "`occasion`" in text
 
 
 def test_a_lung_of_each_animals_own_adds_nothing(results):

@@ -4,6 +4,7 @@ from vasowave.study.animal.animal import Animal as Animal
 from vasowave.study.animal.animal import Calibration as Calibration
 from vasowave.study.animal.animal import Settings as Settings
 from vasowave.study.animal.datasets import beats_dataset as beats_dataset
+from vasowave.study.animal.datasets import loops_dataset as loops_dataset
 from vasowave.study.animal.datasets import posterior_result as posterior_result
 from vasowave.study.animal.datasets import recording_dataset as recording_dataset
 from vasowave.study.animal.datasets import recording_with_scatter as recording_with_scatter

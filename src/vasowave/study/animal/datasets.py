@@ -11,7 +11,9 @@ import xarray as xr
 from vasowave.base.findings import Finding, as_json
 from vasowave.catheter.beats.rejection import cause
 from vasowave.catheter.signals.raw import RawRecording
+from vasowave.pulse.analysis.loops import mean_loop
 from vasowave.pulse.analysis.ventricle_coupling import Coupling
+from vasowave.pulse.analysis.ventricular_function import VentricularFunction
 from vasowave.pulse.calibration.parameters import fitted_parameters
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.averaged import Beat, EnsembleAverage
@@ -30,6 +32,9 @@ from vasowave.study.animal.law_result import PosteriorResult
 
 EXCERPT_SECONDS = 6.0
 """Length of the stretch of raw signals that is kept for a figure, s."""
+
+_LOOP_SAMPLES = 128  # of a loop that is kept for a figure
+_STEADY_LOOPS = 30  # of the steady state, before the family, that are kept
 
 
 def recording_dataset(recording: Recording) -> xr.Dataset:
@@ -86,6 +91,49 @@ def ventricle_dataset(coupling: Coupling, recorded: VentricularPressure) -> xr.D
         coords={"time": labelled("time", coupling.time, "s", "time from where contraction begins")},
         attrs={"period": coupling.period, "source": recorded.source, "beats": recorded.beats},
     )
+
+
+def loops_dataset(function: VentricularFunction) -> xr.Dataset:
+    """Return the loops of the steady state and of the family, each at equal shares of its beat, and their corners."""
+    before = [number for number in function.steady if number not in function.family]
+    numbers = [*before[-_STEADY_LOOPS:], *function.family]
+    loops = [function.loops[number] for number in numbers]
+    zero = function.estimates["V_0"].value if "E_es" in function.estimates else None
+    waves = np.array([mean_loop([loop], _LOOP_SAMPLES) for loop in loops])
+    ends = np.array([loop.end_systole(zero) for loop in loops])
+    chosen = {
+        name: labelled("loop", np.isin(numbers, beats).astype(np.int8), "1", f"part of the {meaning}")
+        for name, beats, meaning in (
+            ("steady", function.steady, "steady state"),
+            ("family", function.family, "family, whose preload falls"),
+        )
+    }
+    return xr.Dataset(
+        {
+            "pressure": labelled(("loop", "sample"), waves[:, 0], "mmHg", "pressure, from an end of diastole on"),
+            "volume": labelled(("loop", "sample"), waves[:, 1], "ml", "volume of the ventricle"),
+            "end_systolic_pressure": labelled("loop", ends[:, 1], "mmHg", "pressure at the end of systole"),
+            "end_systolic_volume": labelled("loop", ends[:, 0], "ml", "volume at the end of systole"),
+            **chosen,
+            **_end_systolic_line(function, -0.1 * waves[:, 1].max(), ends[:, 0].max()),
+        },
+        coords={"loop": labelled("loop", [loop.start for loop in loops], "s", "begin of the loop")},
+        attrs={"source": function.source},
+    )
+
+
+def _end_systolic_line(
+    function: VentricularFunction, smallest_volume: float, largest_volume: float
+) -> dict[str, xr.Variable]:
+    """Return both ends of the line of slope E_es, between two volumes, from V_0 on; nothing without a family."""
+    if "E_es" not in function.estimates:
+        return {}
+    elastance, zero = (function.estimates[name].value for name in ("E_es", "V_0"))
+    volume = np.array([max(zero, smallest_volume), largest_volume])
+    return {
+        "line_volume": labelled("line_end", volume, "ml", "volume at the ends of the end-systolic line"),
+        "line_pressure": labelled("line_end", elastance * (volume - zero), "mmHg", "pressure there"),
+    }
 
 
 def nominal_dataset(nominal: Nominal, network: Network) -> xr.Dataset:

@@ -31,6 +31,7 @@ from vasowave.study.animal.animal import Animal, Settings
 from vasowave.study.animal.datasets import (
     beats_dataset,
     calibration_dataset,
+    loops_dataset,
     nominal_dataset,
     posterior_result,
     recording_with_scatter,
@@ -277,6 +278,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
                 quantities[name].attrs["beat_sd"] = float(sd)
     return {
         "ventricle": ventricle_dataset(coupling, animal.ventricle) if coupling and animal.ventricle else None,
+        "loops": loops_dataset(animal.loops) if animal.loops is not None else None,
         "recording": recording_with_scatter(recording, animal.beats),
         "nominal": nominal_dataset(nominal, network),
         "measured": Measured(waves=waves, impedance=spectrum, quantities=quantities),

@@ -7,7 +7,7 @@
     ├── recording            measured pressure and flow, hemodynamic indices
     ├── nominal              what the fits started from
     ├── measured             waves, impedance, quantities
-    ├── beats, selection, averages, laws
+    ├── beats, ventricle, loops, selection, averages, laws
     └── linear, tangent, …   one group per wall law: calibration, simulation, waves, impedance, tree, quantities,
                              stiffening, sites, and inference with the groups that ArviZ reads
 """
@@ -52,8 +52,8 @@ TIDY_COLUMNS = ("animal", "group", "law", "quantity", "value", "low", "high", "u
 _ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "interrupted", "findings", FAILURES, "settings",
                ERRORS)  # fmt: skip
 _REQUIRED_GROUPS = ("recording", "nominal")  # groups of an animal that are a field of the same name
-_OPTIONAL_GROUPS = {"beats": "beats", "ventricle": "ventricle", "evidence": "laws", "selection": "selection",
-             "averages": "averages"}  # field: group  # fmt: skip
+_OPTIONAL_GROUPS = {"beats": "beats", "ventricle": "ventricle", "loops": "loops", "evidence": "laws",
+             "selection": "selection", "averages": "averages"}  # field: group  # fmt: skip
 _OTHER_GROUPS = {"network", "measured", *_REQUIRED_GROUPS, *_OPTIONAL_GROUPS.values()}
 _LAW_GROUPS = {"calibration": "calibration", "simulation": "simulation", "waves": "waves", "impedance": "impedance",
            "vessels": "tree", "quantities": "quantities"}  # fmt: skip
@@ -90,6 +90,8 @@ class AnimalResult:
         Onset, length and fate of every beat, a stretch of the signals; of a continuous recording.
     ventricle : Dataset, optional
         Pressure in the ventricle, and the elastance and volume that make it.
+    loops : Dataset, optional
+        Loops of pressure and volume, beat by beat, their ends of systole and the line through these.
     evidence : Dataset, optional
         What the posteriors of several laws say of them.
     selection : Dataset, optional
@@ -136,6 +138,7 @@ class AnimalResult:
     laws: Mapping[str, LawResult] = field(default_factory=dict)
     beats: xr.Dataset | None = None
     ventricle: xr.Dataset | None = None
+    loops: xr.Dataset | None = None
     evidence: xr.Dataset | None = None
     selection: xr.Dataset | None = None
     averages: xr.Dataset | None = None

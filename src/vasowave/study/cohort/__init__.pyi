@@ -3,6 +3,7 @@
 from vasowave.study.cohort.attribution import ComponentExchange as ComponentExchange
 from vasowave.study.cohort.attribution import GroupAttribution as GroupAttribution
 from vasowave.study.cohort.attribution import attribution_table as attribution_table
+from vasowave.study.cohort.attribution import difference_of_changes as difference_of_changes
 from vasowave.study.cohort.balanced import changes_of as changes_of
 from vasowave.study.cohort.balanced import effects_of_repeated as effects_of_repeated
 from vasowave.study.cohort.cohort import Cohort as Cohort

@@ -1,6 +1,6 @@
 """What made the change of animals that were recorded twice, or the difference of two groups, as values."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -58,20 +58,14 @@ class GroupAttribution:
         Of shares the first row is ``change``, then what was exchanged; what does not differ in a pair has 0 there.
         Intervals are by Student; of two groups by Welch, to which errors of shared images are added.
         """
-        from scipy.stats import t as student
-
-        tables = {pair: getattr(exchange, kind) for pair, exchange in self.exchanges.items()}
-        rows = pd.DataFrame({pair: _changes(table.loc[quantity]) for pair, table in tables.items()}).T.fillna(0.0)
+        rows = self.rows(quantity, kind)
         margins = [rows.groupby(level=level).mean() for level in ((0, 1) if self.of_groups else (1,))]
-        if min(map(len, margins)) < _MIN_ANIMALS:
-            return pd.DataFrame({"mean": rows.mean(), "low": np.nan, "high": np.nan})
-        variances = np.array([of_animals.var(ddof=1) / len(of_animals) for of_animals in margins])
-        freedoms = np.array([[len(of_animals) - 1] for of_animals in margins])
-        scatter, by_freedom = variances.sum(axis=0), (variances**2 / freedoms).sum(axis=0)
-        freedom = np.divide(scatter**2, by_freedom, where=by_freedom > 0, out=np.full(len(scatter), np.inf))
-        images = self._image_variance(quantity, kind, rows.columns)
-        half = student.ppf((1 + LEVEL) / 2, freedom) * np.sqrt(scatter + images)
-        return pd.DataFrame({"mean": rows.mean(), "low": rows.mean() - half, "high": rows.mean() + half})
+        return _with_interval(rows.mean(), margins, self._image_variance(quantity, kind, rows.columns))
+
+    def rows(self, quantity: str, kind: str = "shares") -> pd.DataFrame:
+        """Return the shares of every pair, or what is undone, a row each; what does not differ in a pair has 0."""
+        tables = {pair: getattr(exchange, kind) for pair, exchange in self.exchanges.items()}
+        return pd.DataFrame({pair: _changes(table.loc[quantity]) for pair, table in tables.items()}).T.fillna(0.0)
 
     def _image_variance(self, quantity: str, kind: str, columns: pd.Index) -> np.ndarray:
         moved = (
@@ -79,6 +73,31 @@ class GroupAttribution:
             for of_image in self.of_images
         )
         return sum((error.to_numpy() ** 2 for error in moved), np.zeros(len(columns)))
+
+
+def difference_of_changes(group: GroupAttribution, reference: GroupAttribution, quantity: str) -> pd.DataFrame:
+    """Return by how much a group changed more than another, and the shares of that, as `GroupAttribution.means` does.
+
+    Intervals are Welch's: the animals of the two groups are others.
+    """
+    rows = [changed.rows(quantity) for changed in (group, reference)]
+    columns = list(dict.fromkeys(column for of_group in rows for column in of_group))
+    ours, theirs = (of_group.reindex(columns=columns, fill_value=0.0) for of_group in rows)
+    return _with_interval(ours.mean() - theirs.mean(), [ours, theirs], np.zeros(len(columns)))
+
+
+def _with_interval(mean: pd.Series, margins: Sequence[pd.DataFrame], added: np.ndarray) -> pd.DataFrame:
+    """Return means with 95 % intervals by the scatter of animals, each kind with a row each, and an added variance."""
+    from scipy.stats import t as student
+
+    if min(map(len, margins)) < _MIN_ANIMALS:
+        return pd.DataFrame({"mean": mean, "low": np.nan, "high": np.nan})
+    variances = np.array([of_animals.var(ddof=1) / len(of_animals) for of_animals in margins])
+    freedoms = np.array([[len(of_animals) - 1] for of_animals in margins])
+    scatter, by_freedom = variances.sum(axis=0), (variances**2 / freedoms).sum(axis=0)
+    freedom = np.divide(scatter**2, by_freedom, where=by_freedom > 0, out=np.full(len(scatter), np.inf))
+    half = student.ppf((1 + LEVEL) / 2, freedom) * np.sqrt(scatter + added)
+    return pd.DataFrame({"mean": mean, "low": mean - half, "high": mean + half})
 
 
 def _changes(row: pd.Series) -> pd.Series:

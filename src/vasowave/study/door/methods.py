@@ -13,7 +13,7 @@ from vasowave.pulse.inference.sensitivity_of_fits import sensitivity_of
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.solver.simulation import simulate
-from vasowave.study.animal.datasets import recording_dataset
+from vasowave.study.animal.datasets import loops_dataset, recording_dataset
 from vasowave.study.animal.files import write_emulator
 from vasowave.study.animal.result import FitPlots
 from vasowave.study.cohort.planning import Plan
@@ -34,7 +34,7 @@ def register_all() -> None:
     RawRecording.average.register(average_beats)
     EnsembleAverage.plot.register(draw_average)
     Model.simulate.register(simulate)
-    VentricularFunction.plot.register(plot_loops)
+    VentricularFunction.plot.register(lambda function, ax=None: plot_loops(loops_dataset(function), ax))
     ModelEmulator.to_netcdf.register(write_emulator)
     UncertainModel.sensitivity.register(sensitivity_of)
     Sensitivity.figure.register(lambda indices: sensitivity_figure(indices.table))

@@ -9,6 +9,7 @@ from vasowave.base.descriptions import NORMAL
 from vasowave.pulse.cycle.cycle import resample
 from vasowave.study.animal.reading import law_curve, residual_autocorrelation
 from vasowave.study.animal.result import AnimalResult
+from vasowave.study.figures.loops import plot_loops
 from vasowave.study.figures.matplotlib_style import (
     CTL,
     DATA,
@@ -232,6 +233,16 @@ def plot_modulus(ax: "Axes", spectrum: "xr.Dataset", error: np.ndarray | None = 
 def plot_impedance(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw the modulus of the measured impedance by harmonic."""
     return plot_modulus(ax, result.measured.impedance)
+
+
+@fit_panel("loops", "loops of a ventricle")
+def plot_ventricular_loops(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
+    """Draw the loops of pressure and volume in a ventricle, where they were recorded, with the end-systolic line."""
+    if result.loops is not None:
+        return plot_loops(result.loops, ax, color)
+    ax.text(0.5, 0.5, "no loops of pressure and volume recorded", transform=ax.transAxes, ha="center", va="center")
+    ax.set_axis_off()
+    return ax
 
 
 def plot_phase(ax: "Axes", spectrum: "xr.Dataset", error: np.ndarray | None = None, **line: Any) -> "Axes":

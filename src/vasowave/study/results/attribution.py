@@ -21,8 +21,13 @@ from vasowave.study.cohort.primary import Family, primary_law
 
 MAX_PAIRS = 40
 """Pairs of animals of two groups; each takes as many simulations as a fit, and so many tell the means."""
+_MAX_CROSSED_PAIRS = 80  # of all comparisons where a second factor crosses the groups
 _MAX_VESSELS = 2400  # of all pairs; of large trees each animal stands in fewer pairs
 _IMAGE = "image"
+_REPEATED = (
+    "because animals were recorded more than once and no column says when: their pairs are not independent. Name the "
+    "columns `subject` and `occasion` in the design"
+)
 
 
 class _FittedState(NamedTuple):
@@ -51,19 +56,39 @@ def attributed(cohort: Cohort, family: Family | None = None) -> Cohort:
     Parameters
     ----------
     cohort : Cohort
-        Of a design with subject and occasion the change from the first to the last occasion is told, of groups whose
-        animals were recorded once their difference; of other designs nothing.
+        Of a design with subject and occasion the change from the first to the last occasion is told. Of groups whose
+        animals were recorded once it is their difference; where a second factor crosses them, that at each of its
+        levels, and the difference of its levels from the first within each group.
     family : Family, optional
         The primary comparison; fits of its wall law are exchanged.
     """
     is_longitudinal = bool(cohort.design.subject and cohort.design.occasion and len(levels_of(cohort.second)) > 1)
-    exchange = _of_occasions if is_longitudinal else _of_groups
-    groups = list(cohort.groups)[0 if is_longitudinal else 1 :]
-    if not groups or (not is_longitudinal and (cohort.crossed or cohort.repeated)):
+    labels = _compared_cells(cohort)
+    if not labels or not (law := primary_law(cohort, family or Family())):
         return cohort
-    law = primary_law(cohort, family or Family())
-    changes = [exchange(cohort, group, law) for group in groups] if law else []
+    if is_longitudinal:
+        changes = [_of_occasions(cohort, group, law) for group in cohort.groups]
+    else:
+        changes = _of_cells(cohort, labels, law)
     return replace(cohort, changes=tuple(change for change in changes if change.exchanges or change.failures))
+
+
+def _of_cells(cohort: Cohort, labels: Sequence[tuple[str, str]], law: str) -> list[GroupAttribution]:
+    """Return what makes the second cell of each pair differ from the first, or why that is not told."""
+    if cohort.repeated:
+        return [GroupAttribution(after, before, after, {}, {(before, after): _REPEATED}, of_groups=True)
+                for before, after in labels[:1]]  # fmt: skip
+    max_pairs = max(1, _MAX_CROSSED_PAIRS // len(labels)) if cohort.crossed else MAX_PAIRS
+    return [_of_groups(cohort, pair, law, max_pairs) for pair in labels]
+
+
+def _compared_cells(cohort: Cohort) -> list[tuple[str, str]]:
+    """Return which cells are compared: groups with the reference at one level, levels with the first in one group."""
+    labels = {(cell.group, cell.level): label for label, cell in cohort.cells.items()}
+    groups, levels = list(cohort.groups), levels_of(cohort.second) or [""]
+    pairs = [((groups[0], level), (group, level)) for group in groups[1:] for level in levels]
+    pairs += [((group, levels[0]), (group, level)) for level in levels[1:] for group in groups]
+    return [(labels[before], labels[after]) for before, after in pairs if before in labels and after in labels]
 
 
 def _of_occasions(cohort: Cohort, group: str, law: str) -> GroupAttribution:
@@ -75,17 +100,16 @@ def _of_occasions(cohort: Cohort, group: str, law: str) -> GroupAttribution:
     return _made((group, first, last), pairs, failures, of_groups=False)
 
 
-def _of_groups(cohort: Cohort, group: str, law: str) -> GroupAttribution:
-    """Exchange animals of the reference with those of a group, and the images that several of them share."""
-    members = [result for name in (cohort.reference, group) for result in cohort.groups[name] if law in result.laws]
+def _of_groups(cohort: Cohort, labels: tuple[str, str], law: str, max_pairs: int) -> GroupAttribution:
+    """Exchange animals of a cell with those of another, and the images that several of them share."""
+    members = [result for label in labels for result in cohort.cells[label].results if law in result.laws]
     images = numbered(members, _IMAGE, cohort.variables[_IMAGE].levels if _IMAGE in cohort.variables else {})
     states, failures = _states(members, law, images, cohort.lungs.sd)
     befores, afters = (
-        [states[result.name] for result in members if result.group == name and result.name in states]
-        for name in (cohort.reference, group)
+        [states[result.name] for result in cohort.cells[label].results if result.name in states] for label in labels
     )
-    pairs = _pairs(befores, afters)
-    made = _made((group, cohort.reference, group), pairs, failures, of_groups=True)
+    pairs = _pairs(befores, afters, max_pairs)
+    made = _made((labels[1], *labels), pairs, failures, of_groups=True)
     if not made.exchanges:
         return made
     shared = np.flatnonzero(np.bincount(images) > 1)
@@ -138,12 +162,12 @@ def _exchanged(before: _FittedState, after: _FittedState) -> ComponentExchange:
     return ComponentExchange(made.table, made.undone)
 
 
-def _pairs(befores: Sequence[_FittedState], afters: Sequence[_FittedState]) -> list[_StatePair]:
+def _pairs(befores: Sequence[_FittedState], afters: Sequence[_FittedState], max_pairs: int) -> list[_StatePair]:
     """Return all pairs, or as many as are worked on, in which every animal stands about as often."""
     befores, afters = _spread(befores), _spread(afters)
     count = max(len(befores), len(afters))
     vessels = max((len(state.model.network) for state in (*befores, *afters)), default=1)
-    limit = min(MAX_PAIRS, max(count, _MAX_VESSELS // vessels))
+    limit = min(max(max_pairs, count), max(count, _MAX_VESSELS // vessels))
     if len(befores) * len(afters) <= limit:
         return [(before, after) for after in afters for before in befores]
     return [

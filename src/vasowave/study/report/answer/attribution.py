@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.pulse.quantities import HYDRAULIC_POWER, QUANTITIES
-from vasowave.study.cohort.attribution import GroupAttribution
+from vasowave.study.cohort.attribution import GroupAttribution, difference_of_changes
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.blocks import Table
@@ -16,7 +16,10 @@ _SHARES = (
     "Each component of the fitted models was exchanged, in every order; its share is the mean of what that does, and "
     "the shares add up to the change. Heart: flow and rate; geometry: the image. Pair by pair: supplement, Attribution."
 )
-_OCCASIONS = "Mean over animals [95 %], mmHg, between the two occasions. "
+_OCCASIONS = (
+    "Mean over animals [95 %], mmHg, between the two occasions, each interval alone. At the same ratio a group of "
+    "higher pressure changes by more mmHg: whether ratios differ, the answer says. "
+)
 _GROUPS = (
     "Mean over pairs of animals [95 %], mmHg. Intervals hold the scatter of animals and errors of the radii of shared "
     "images, for each number alone. "
@@ -31,6 +34,8 @@ _ALONE = (
 def attribution_answer(cohort: Cohort) -> list[tuple[str, str]]:
     """Return the question and the answer of a cohort that knows what made its groups; none of others."""
     texts = [f"{_head(changed)}: {_shares(changed)}." for changed in cohort.changes]
+    texts += [f"{title}: {', '.join(_shown(means, name) for name, means in of_quantities.items())}."
+              for title, of_quantities in _differences(cohort)]  # fmt: skip
     table = ["The tables below have all shares, and what would change."] if attribution_summary(cohort) else []
     return [(_question(cohort), " ".join([*texts, *table]))] if texts else []
 
@@ -41,15 +46,31 @@ def attribution_summary(cohort: Cohort) -> list[Table]:
     if not exchanged:
         return []
     notes = (_GROUPS if exchanged[0].of_groups else _OCCASIONS) + _SHARES
-    means = {(changed, name): changed.means(name) for changed in exchanged for name in _QUANTITIES}
-    columns = list(dict.fromkeys(component for shares in means.values() for component in shares.index))
+    of_groups = [(_head(changed), {name: changed.means(name) for name in _QUANTITIES}) for changed in exchanged]
+    means = [(title, name, shares) for title, of_quantities in [*of_groups, *_differences(cohort)]
+             for name, shares in of_quantities.items()]  # fmt: skip
+    columns = list(dict.fromkeys(component for *_, shares in means for component in shares.index))
     rows = [
-        (_head(changed), _QUANTITIES[name], *(_signed(shares.loc[column]) if column in shares.index else "0"
-                                              for column in columns))
-        for (changed, name), shares in means.items()
+        (title, _QUANTITIES[name], *(_signed(shares.loc[column]) if column in shares.index else "0"
+                                     for column in columns))
+        for title, name, shares in means
     ]  # fmt: skip
     shares = Table("", _question(cohort), ("group", "quantity", *columns), rows, notes)
     return [shares, _undone(exchanged)]
+
+
+def _differences(cohort: Cohort) -> list[tuple[str, dict[str, pd.DataFrame]]]:
+    """Return by how much the change of each group exceeds that of the reference, where animals were followed."""
+    followed = [changed for changed in cohort.changes if changed.exchanges and not changed.of_groups]
+    reference = next((changed for changed in followed if changed.group == cohort.reference), None)
+    if reference is None:
+        return []
+    return [
+        (f"change of {short(changed.group)} less that of {short(reference.group)}, in mmHg, not as a ratio",
+         {name: difference_of_changes(changed, reference, name) for name in _QUANTITIES})
+        for changed in followed
+        if changed is not reference
+    ]  # fmt: skip
 
 
 def _undone(exchanged: list[GroupAttribution]) -> Table:
@@ -83,12 +104,11 @@ def _shares(changed: GroupAttribution) -> str:
     """Return what made the change of a group, or why that cannot be told."""
     if not changed.exchanges:
         return f"not told, {next(iter(changed.failures.values()))}"
-    return ", ".join(_shown(changed, name) for name in _QUANTITIES)
+    return ", ".join(_shown(changed.means(name), name) for name in _QUANTITIES)
 
 
-def _shown(changed: GroupAttribution, name: str) -> str:
+def _shown(means: pd.DataFrame, name: str) -> str:
     """Return the change of a quantity, the shares in it that are shown, and the components whose share is not."""
-    means = changed.means(name)
     change = f"{_QUANTITIES[name]} {_signed(means.iloc[0])} {QUANTITIES[name].unit}"
     shares = means.iloc[1:].sort_values("mean", key=np.abs, ascending=False)
     unclear = (shares["low"] <= 0) & (shares["high"] >= 0)

@@ -42,10 +42,10 @@ def by_standing(effects: Sequence[Effect]) -> dict[EffectVerdict, list[Effect]]:
     return {verdict: standings[verdict] for verdict in EffectVerdict if verdict in standings}
 
 
-def where(contrast: ContrastLabel, averaged: bool) -> tuple[str, str]:
+def where(contrast: ContrastLabel, averaged: str) -> tuple[str, str]:
     """Return where an effect is, as a sentence says it behind a comparative, and of an effect that is not shown.
 
-    A second factor is `averaged` over the groups where these may differ in it.
+    Where groups may differ in a second factor, it is averaged over them, and they over its levels, which are named.
     """
     reference, group = short(contrast.reference, MAX_LETTERS), short(contrast.group, MAX_LETTERS)
     within = f" {short(contrast.within, MAX_LETTERS)}" if contrast.within else ""
@@ -60,6 +60,7 @@ def where(contrast: ContrastLabel, averaged: bool) -> tuple[str, str]:
             return f"in {group} than in {reference}, {ratio}", f"between {group} and {reference} {ratio}"
         case "contrast":
             return f"by the contrast '{group}'", f"by the contrast '{group}'"
+    within = within or (f" on average over {averaged}" if averaged else "")
     return f"in {group} than in {reference}{within}", f"between {group} and {reference}{within}"
 
 

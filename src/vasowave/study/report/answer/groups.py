@@ -1,6 +1,6 @@
 """The differences of the groups: who differs how in one sentence, the numbers for each question, how sure they are."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import comb
 from typing import NamedTuple
 
@@ -65,8 +65,8 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     effects = primary.effects
     if not effects:
         return StudyAnswer([], [], [])
-    averaged = any(effect.contrast.kind == "interaction" for effect in effects)
-    by_contrast = grouped(effects, lambda effect: effect.contrast)
+    averaged = _averaged(effects)
+    by_contrast = grouped(sorted(effects, key=_place_in_lead(effects)), lambda effect: effect.contrast)
     brief = len(by_contrast) > 1
     first = [_first(of_contrast, called, averaged, brief) for of_contrast in by_contrast.values()]
     questions: dict[str, list[str]] = {}
@@ -80,7 +80,24 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     return StudyAnswer(first, answers, sure)
 
 
-def _first(effects: Sequence[Effect], called: Called, averaged: bool, brief: bool) -> str:
+def _averaged(effects: Sequence[Effect]) -> str:
+    """Return the levels of a second factor in which groups may differ, in words; empty where there are none."""
+    if not any(effect.contrast.kind == "interaction" for effect in effects):
+        return ""
+    labels_of_factor = [effect.contrast for effect in effects if effect.contrast.kind == "factor"]
+    levels = dict.fromkeys(level for label in labels_of_factor for level in (label.reference, label.group))
+    return listed([short(level, MAX_LETTERS) for level in levels]) or "the second factor"
+
+
+def _place_in_lead(effects: Sequence[Effect]) -> Callable[[Effect], int]:
+    """Return what orders effects in the lead: where animals were followed, how they changed comes before the groups."""
+    followed = any(isinstance(effect, DesignEffect) and effect.n_both and effect.contrast.kind == "factor"
+                   for effect in effects)  # fmt: skip
+    order = ("interaction", "factor") if followed else ()
+    return lambda effect: order.index(effect.contrast.kind) if effect.contrast.kind in order else len(order)
+
+
+def _first(effects: Sequence[Effect], called: Called, averaged: str, brief: bool) -> str:
     """Return what is higher and lower in one sentence, and what is not shown in another, counted where `brief`."""
     place, between = where(effects[0].contrast, averaged)
     effects_by_standing = by_standing(effects)
@@ -98,7 +115,7 @@ def _first(effects: Sequence[Effect], called: Called, averaged: bool, brief: boo
     return " ".join(map(sentence, clauses))
 
 
-def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, averaged: bool) -> str:
+def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, averaged: str) -> str:
     """Return the verdict on one question and the numbers behind it."""
     place, between = where(effects[0].contrast, averaged)
     shown = by_standing(effects).get(EffectVerdict.SHOWN)

@@ -14,6 +14,7 @@ from vasowave.study.cohort.table import columns, describe
 from vasowave.study.cohort.unused import Role, role_of
 from vasowave.study.cohort.variables import Variable
 from vasowave.study.figures import measured as figures
+from vasowave.study.figures.loops import loops_figure
 from vasowave.study.figures.matplotlib_style import group_looks
 from vasowave.study.figures.measured import ventricle_figure
 from vasowave.study.report.blocks import Block, Drawing, Section, Table
@@ -46,6 +47,7 @@ def data_section(cohort: Cohort) -> Section:
         nominal(cohort),
         characteristic_impedances(cohort),
         *_ventricles(cohort),
+        *_loops(cohort),
     ]  # fmt: skip
     return Section("data", "Measurements and nominal parameters", blocks)
 
@@ -64,11 +66,31 @@ def _ventricles(cohort: Cohort) -> list[Block]:
     return drawn
 
 
+def _loops(cohort: Cohort) -> list[Block]:
+    """Loops of an animal of each group that has them, where it can be the one that is shown."""
+    looks = group_looks(cohort.groups)
+    drawn: list[Block] = []
+    for place, (group, shown) in enumerate(cohort.shown.items(), start=1):
+        of_group = [shown, *(result for result in cohort.results if result.group == group)]
+        result = next((result for result in of_group if result.loops is not None), None)
+        if result is not None and result.loops is not None:
+            whose = "" if cohort.single else f" of {result.name}, {group}"
+            caption = f"Loops of pressure and volume in a ventricle{whose}. {_OF_LOOPS}"
+            drawn.append(Drawing(f"Loops-{place}", caption, loops_figure(result.loops, looks[group].color)))
+    return drawn
+
+
 def _single_beat(data: xr.Dataset) -> str:
     """Say what the single-beat method makes of the same beat."""
     ratio = float(data["single_beat"])
     method = "The single-beat method (a sine through the isovolumic parts)"
     return f"{method} finds no E_es/E_a." if np.isnan(ratio) else f"{method} makes E_es/E_a {number(ratio, 2)}."
+
+
+_OF_LOOPS = (
+    "Black: the steady state; grey: beats whose preload falls. E_es: the line through the ends of systole, where the "
+    "preload falls far enough for one."
+)
 
 
 def _hemodynamics(cohort: Cohort) -> str:
