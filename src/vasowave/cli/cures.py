@@ -65,7 +65,8 @@ class Shell:
             row = typed
         match in_row(cure, row):
             case SetCells(_, cells):
-                options = [_option(title, text) for title, text in cells]
+                settled = {"group"} if row.get("group") else set()  # which adding does not change
+                options = ["" if title in settled else _option(title, text) for title, text in cells]
                 if not all(options) and self.study is None:
                     return ""
                 if not all(options):
