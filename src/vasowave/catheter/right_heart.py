@@ -13,9 +13,9 @@ from vasowave.catheter.read.wedge import WEDGE_TITLES
 
 _TITLES = {
     "systolic": "systolic", "spap": "systolic", "pasp": "systolic", "diastolic": "diastolic", "dpap": "diastolic",
-    "padp": "diastolic", "mean": "mean", "mpap": "mean", "co": "cardiac output", "cardiac output": "cardiac output", "hr": "heart rate",
-    "heart rate": "heart rate", "subject": "animal", "patient": "animal", "name": "animal", "id": "animal",
-    "systolisch": "systolic", "diastolisch": "diastolic", "mittel": "mean", "hzv": "cardiac output",
+    "padp": "diastolic", "mean": "mean", "mpap": "mean", "co": "cardiac output", "cardiac output": "cardiac output",
+    "hr": "heart rate", "heart rate": "heart rate", "subject": "animal", "patient": "animal", "name": "animal",
+    "id": "animal", "systolisch": "systolic", "diastolisch": "diastolic", "mittel": "mean", "hzv": "cardiac output",
     "herzzeitvolumen": "cardiac output", "hf": "heart rate", "herzfrequenz": "heart rate", "tier": "animal",
     "systolique": "systolic", "diastolique": "diastolic", "moyenne": "mean", "débit cardiaque": "cardiac output",
     "fréquence cardiaque": "heart rate", "sistólica": "systolic", "diastólica": "diastolic", "media": "mean",

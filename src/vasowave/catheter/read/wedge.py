@@ -18,9 +18,9 @@ from vasowave.pulse.cycle.observation import MAX_PERIOD_DIFFERENCE
 
 _MIN_WEDGE_MMHG = -5.0  # mmHg: the atrium of a deep breath
 WEDGE_TITLES = (
-    "wedge", "wedge pressure", "mean wedge", "mean wedge pressure", "pcwp", "mpcwp", "pawp", "mpawp", "paop", "pcw", "ppcw",
-    "lap", "mlap", "left atrial pressure", "keil", "keildruck", "wedgedruck", "wedge druck", "verschlussdruck", "pcp",
-    "papo", "pression capillaire",
+    "wedge", "wedge pressure", "mean wedge", "mean wedge pressure", "pcwp", "mpcwp", "pawp", "mpawp", "paop", "pcw",
+    "ppcw", "lap", "mlap", "left atrial pressure", "keil", "keildruck", "wedgedruck", "wedge druck", "verschlussdruck",
+    "pcp", "papo", "pression capillaire",
 )  # fmt: skip
 """What tables call the pressure behind the beds, in lower case."""
 _NAMES = dict.fromkeys((*WEDGE_TITLES, "la", "left atrium"), "pressure")
