@@ -141,8 +141,8 @@ def sureness(effects: Sequence[Effect]) -> list[str]:
         sentences.append(
             f"A test by ranks{counted} cannot come below p = {texts}: p and intervals rest on logarithms being normal. "
             f"So few animals may by chance scatter {_hidden_scatter([a + b for a, b, _ in limits])} times less than "
-            "all such animals do; p and intervals allow for that, but not for animals that were chosen alike, as litter "
-            "mates or one animal recorded twice."
+            "all such animals do; p and intervals allow for that, but not for animals chosen alike, as litter mates "
+            "or one animal recorded twice."
         )
     return [*sentences, *_few_degrees(effects)]
 
