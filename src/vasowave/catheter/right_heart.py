@@ -9,7 +9,7 @@ from vasowave.base import units
 from vasowave.base.errors import InputError, of_file
 from vasowave.base.io.cells import GAPS
 from vasowave.base.io.columns import Columns, number, read_columns
-from vasowave.catheter.read.wedge import WEDGE_TITLES
+from vasowave.catheter.signals.signal import WEDGE_TITLES
 
 _TITLES = {
     "systolic": "systolic", "spap": "systolic", "pasp": "systolic", "diastolic": "diastolic", "dpap": "diastolic",

@@ -167,12 +167,12 @@ def problem_lines(problems: "Iterable[folders.StudyProblem]", shell: Shell) -> l
 def _problem_line(group: "Sequence[folders.StudyProblem]", shell: Shell) -> str:
     first, grade = group[0], "error" if group[0].error else "warning"
     names = list(dict.fromkeys(name for problem in group for name in problem.animals))
-    told = str(first)
+    text = str(first)
     if len(group) > 1:
         place = f"{first.place.file}: " if first.place.file else ""
         animals = f"{len(names)} animals ({reports.some_of(names, _MAX_NAMES)})"
-        told = f"{place}{animals}, of the first: {sentence(first.finding)}"
-    return f"{grade}: {told}{code_of(first.finding)}{shell.below(first.finding.cures, first.animals)}"
+        text = f"{place}{animals}, of the first: {sentence(first.finding)}"
+    return f"{grade}: {text}{code_of(first.finding)}{shell.below(first.finding.cures, first.animals)}"
 
 
 def code_of(finding: Finding) -> str:

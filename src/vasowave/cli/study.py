@@ -203,8 +203,8 @@ def _check(study: Path, answer: Answer) -> int:
     if design:
         answer.announce("line", f"Design: {design}")
     counts = f"{_counted(errors, 'error')}, {_counted(len(problems) - errors, 'warning')}"
-    apart = f"; each by itself: vasowave -v check {_typed(study)}" if len(lines) < len(problems) else ""
-    answer.announce("line", f"{counts}{apart}" if problems else "Nothing is wrong or odd.")
+    details = f"; each by itself: vasowave -v check {_typed(study)}" if len(lines) < len(problems) else ""
+    answer.announce("line", f"{counts}{details}" if problems else "Nothing is wrong or odd.")
     return errors
 
 

@@ -13,16 +13,10 @@ from vasowave.base.io.columns import read_columns
 from vasowave.catheter.check.plausibility import check_closure
 from vasowave.catheter.read.read import ASSUMED_UNIT
 from vasowave.catheter.read.single_wave import single_wave
-from vasowave.catheter.signals.signal import ALIASES
+from vasowave.catheter.signals.signal import ALIASES, WEDGE_TITLES
 from vasowave.pulse.cycle.observation import MAX_PERIOD_DIFFERENCE
 
 _MIN_WEDGE_MMHG = -5.0  # mmHg: the atrium of a deep breath
-WEDGE_TITLES = (
-    "wedge", "wedge pressure", "mean wedge", "mean wedge pressure", "pcwp", "mpcwp", "pawp", "mpawp", "paop", "pcw",
-    "ppcw", "lap", "mlap", "left atrial pressure", "keil", "keildruck", "wedgedruck", "wedge druck", "verschlussdruck",
-    "pcp", "papo", "pression capillaire",
-)  # fmt: skip
-"""What tables call the pressure behind the beds, in lower case."""
 _NAMES = dict.fromkeys((*WEDGE_TITLES, "la", "left atrium"), "pressure")
 
 
