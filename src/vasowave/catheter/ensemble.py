@@ -12,6 +12,7 @@ import numpy as np
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.settings import given_values
 from vasowave.catheter.baseline.baseline import baseline_findings, find_baseline, with_comments
+from vasowave.catheter.baseline.breaths import breathing
 from vasowave.catheter.baseline.ventilation import Expiration, mark_inspiration
 from vasowave.catheter.beats.cuts import Cuts
 from vasowave.catheter.beats.edits import BeatEdit, judged, require_decisions, told
@@ -56,7 +57,7 @@ def average_beats(
     Each beat, from one fiducial to the next, is brought to `samples` samples and thereby to the mean length. The drift
     of the diastolic level is followed over the whole recording, across gaps and beside the stretch that is read. Of all
     runs of beats that hold `beats` good ones, the run with the fewest rejected beats is averaged, the first of equals;
-    over the breath (`reject_ventilation=False`), that of equals whose means are nearest to those of all good beats.
+    over breaths (`reject_ventilation=False`), that of equals whose means are nearest to those of all good beats.
     The mean step from the cycle's end to its start is then spread over the cycle as a straight line of mean zero.
 
     Parameters
@@ -117,7 +118,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     good = reasons.count(None)
     reasons, over = made_do(reasons, options.beats)
     good_beats = np.array([reason is None for reason in reasons])
-    levels = None if options.reject_ventilation and not over else np.stack(_levels(prepared, baseline))
+    levels = None if options.reject_ventilation and not over else _breathing_levels(prepared, baseline, good_beats)
     used, run = choose_run(reasons, len(reasons) if "length" in over else options.beats, raw.source, clocks, levels)
     if over:
         baseline = replace(baseline, removed=baseline.removed and len(over) == 1)  # unlike beats share no level
@@ -226,6 +227,13 @@ def _levels(prepared: Prepared, baseline: Baseline) -> tuple[np.ndarray, np.ndar
     """Return mean pressure, its drift removed, and mean flow of every beat, mmHg and ml/s."""
     (pressure, flow), cut = prepared.means, prepared.cut
     return pressure - baseline.mean_within(cut.starts, cut.ends, cut.pressure.shape[1]), flow
+
+
+def _breathing_levels(prepared: Prepared, baseline: Baseline, good: np.ndarray) -> np.ndarray | None:
+    """Return mean pressure and flow of every beat, shape (2, beat), where a breath moves them; None else."""
+    levels = _levels(prepared, baseline)
+    time = 0.5 * (prepared.cut.starts + prepared.cut.ends)
+    return np.stack(levels) if breathing(time, levels[0], good).any() else None
 
 
 def _baseline(prepared: Prepared, reasons: Sequence[Rejection]) -> Baseline:
