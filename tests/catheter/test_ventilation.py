@@ -93,11 +93,11 @@ def test_steady_beats_that_fall_in_and_out_of_step_with_the_samples_have_no_brea
     assert sum(reason is not None for reason in rejected) < 0.1 * len(rejected)
 
 
-@pytest.mark.parametrize(("rate", "breaths"), [(450.0, 70.0), (620.0, 50.0)])
+@pytest.mark.parametrize(("rate", "breaths"), [(450.0, 70.0), (750.0, 50.0)])
 def test_means_over_whole_breaths_are_said_beside_those_at_end_expiration_and_averaged_if_asked(rate, breaths):
     asked = replace(QUIET, breaths_per_minute=breaths, ventilation_pressure=3.0, ventilation_flow=0.2)
     raw = synthetic_raw_recording(
-        CYCLE, np.random.default_rng(7), duration=12.0, disturbances=asked, heart_rate=rate, sampling_rate=1000.0
+        CYCLE, np.random.default_rng(11), duration=12.0, disturbances=asked, heart_rate=rate, sampling_rate=1000.0
     ).raw
     with pytest.warns(VasowaveWarning) as told:
         expired = average_beats(raw).recording
@@ -107,7 +107,7 @@ def test_means_over_whole_breaths_are_said_beside_those_at_end_expiration_and_av
     said = dict(looks.values)
     for pressure, flow in ((said["breath_pressure"], said["breath_flow"]), (whole.mean_pressure, whole.flow.mean())):
         assert pressure == pytest.approx(raw.pressure.mean(), rel=0.004)  # the first and the last beat are cut off
-        assert flow == pytest.approx(raw.flow.mean(), rel=0.012)
+        assert flow == pytest.approx(raw.flow.mean(), rel=0.01)
     assert expired.flow.mean() > 1.025 * raw.flow.mean()
     assert expired.mean_pressure == pytest.approx(CYCLE.mean_pressure, rel=0.01)
 
