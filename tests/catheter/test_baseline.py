@@ -251,6 +251,14 @@ def test_a_zero_that_a_person_names_is_believed_whatever_follows_it():
     assert not any("settles" in one for one in said)
 
 
+@pytest.mark.parametrize(("zero_time", "told"), [(10.0, True), (18.0, False)])
+def test_a_zero_that_is_named_within_what_passes_is_told_with_what_it_moves_all_beats_by(zero_time, told):
+    raw = recorded(24, lambda t: 4.0 * np.exp(-0.5 * (t - 10.0) ** 2), duration=20.0)
+    made, said = average(raw, zero_time=zero_time)
+    assert made.recording.mean_pressure == pytest.approx(15.43 + 4.0 * told, abs=0.3)
+    assert any("mmHg above that of before and after, as when something passes" in text for text in said) == told
+
+
 @pytest.mark.parametrize("drift", [lambda t: 0.1 * t, lambda t: 5.0 * (1 - np.exp(-t / 15.0)), lambda t: 0.0 * t])
 def test_a_drift_from_the_start_on_is_no_level_that_settles(drift):
     for seed in range(20, 22):

@@ -83,7 +83,13 @@ def told(raw, code="recording.clocks-apart"):
 def test_a_flow_whose_clock_runs_apart_is_told_with_what_it_makes_over_the_recording(drift):
     values = told(recorded(drift))[0]
     assert values["percent"] == pytest.approx(100 * drift, rel=0.1)
-    assert values["drift"] == pytest.approx(1e3 * drift * values["lasts"], rel=0.1)
+    assert values["size"] == pytest.approx(1e3 * abs(drift) * values["lasts"], rel=0.1)
+    assert values["later"] == ("later" if drift > 0 else "earlier")
+
+
+def test_channels_of_two_animals_are_told_apart_in_numbers_that_are_written_out():
+    with pytest.raises(NumericalError, match=r"the flow comes (1000|990|980) ms later .* or two animals"):
+        average_beats(recorded(0.05))  # as of 500 and 475 beats/min: 5 % of 20 s
 
 
 def test_one_clock_and_an_animal_whose_bed_changes_are_not_told():

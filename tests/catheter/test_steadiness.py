@@ -54,22 +54,24 @@ def test_a_pulse_that_doubles_is_told_unless_beats_scatter_as_much_as_it_changes
     rng, wave = np.random.default_rng(1), np.sin(np.linspace(0, np.pi, 51))
     size = np.repeat([1.0, 1.5, 2.0], [10, 20, 10])
     flow, all_used = np.ones((40, 51)), np.ones(40, bool)
-    (found,) = unsteady(beats(size[:, None] * wave, flow), all_used, 1.0, 2.0)
+    (found,) = unsteady(beats(size[:, None] * wave, flow), all_used, all_used, 1.0, 2.0)
     expected = {
         "what": "the pulse pressure", "unit": "mmHg", "percent": 50.0, "low": 1.0, "high": 2.0, "low_start": 0.0,
         "low_end": 1.0, "high_start": 2.6, "high_end": 3.6, "start": 1.0, "end": 2.0,
     }  # fmt: skip
     assert dict(found.values) == {key: pytest.approx(value) for key, value in expected.items()}
     scattering = size * rng.lognormal(0, 1.0, 40)
-    assert unsteady(beats(scattering[:, None] * wave, flow), all_used, 1.0, 2.0) == []
-    assert unsteady(beats(size[:12, None] * wave, flow[:12]), all_used[:12], 1.0, 2.0) == []  # too few beats to tell
+    assert unsteady(beats(scattering[:, None] * wave, flow), all_used, all_used, 1.0, 2.0) == []
+    assert (
+        unsteady(beats(size[:12, None] * wave, flow[:12]), all_used[:12], all_used[:12], 1.0, 2.0) == []
+    )  # too few beats to tell
 
 
 @pytest.mark.parametrize(("size", "told"), [(0.1, True), (0.03, False)])
 def test_beats_that_alternate_are_told_with_the_size_of_it(size, told):
     rng, wave = np.random.default_rng(3), np.sin(np.linspace(0, np.pi, 51))
     pulse = (1 + 0.5 * size * (-1.0) ** np.arange(60)) * rng.normal(1.0, 0.01, 60)
-    found = unsteady(beats(pulse[:, None] * wave, np.ones((60, 51))), np.ones(60, bool), 1.0, 2.0)
+    found = unsteady(beats(pulse[:, None] * wave, np.ones((60, 51))), *2 * [np.ones(60, bool)], 1.0, 2.0)
     alternating = [dict(one.values) for one in found if one.code == "recording.alternating"]
     assert alternating == ([{"what": "the pulse pressure", "percent": pytest.approx(100 * size, rel=0.1)}] * told)
 
@@ -79,7 +81,7 @@ def test_neither_breaths_nor_chance_are_taken_for_beats_that_alternate(beats_in_
     rng, wave = np.random.default_rng(4), np.sin(np.linspace(0, np.pi, 51))
     breath = 1 + 0.2 * np.sin(2 * np.pi * np.arange(200) / beats_in_a_breath)
     for pulse in (breath, rng.normal(1.0, 0.2, 200)):
-        found = unsteady(beats(pulse[:, None] * wave, np.ones((200, 51))), np.ones(200, bool), 1.0, 2.0)
+        found = unsteady(beats(pulse[:, None] * wave, np.ones((200, 51))), *2 * [np.ones(200, bool)], 1.0, 2.0)
         assert "recording.alternating" not in [one.code for one in found]
 
 

@@ -10,6 +10,7 @@ from scipy.io import savemat
 from made_workbook import saved
 from vasowave.base import InputError
 from vasowave.catheter import read_raw_recording, read_recording
+from vasowave.catheter.read import kind_of
 
 TIME = np.arange(4000) / 1000.0
 PRESSURE = 900.0 + 400.0 * np.sin(2 * np.pi * 8.0 * TIME)  # Pa
@@ -35,6 +36,25 @@ def test_marks_between_thousands_are_left_out(tmp_path, thousand, decimal, separ
     file = tmp_path / "a.txt"
     file.write_text("\n".join([head, *map(separator.join, cells), ""]), encoding="utf-8")
     is_read(read_raw_recording(file))
+
+
+@pytest.mark.parametrize(("thousand", "decimal"), [(",", "."), (".", ",")])
+def test_marks_between_thousands_of_whole_times_are_told_by_the_decimals_of_other_columns(tmp_path, thousand, decimal):
+    head = "time [ms];pressure [Pa];flow [ul/min]"
+    rows = [";".join(exchanged(text, thousand, decimal) for text in (f"{1000 * t:,.0f}", f"{p:.2f}", f"{q:.2f}"))
+            for t, p, q in ROWS]  # fmt: skip
+    (tmp_path / "a.csv").write_text("\n".join([head, *rows, ""]))
+    is_read(read_raw_recording(tmp_path / "a.csv"))
+
+
+@pytest.mark.parametrize(("step", "unit"), [(0.001, "in seconds"), (1, "in ms")])
+def test_a_long_table_whose_times_name_no_unit_is_a_recording_and_asks_for_what_alone_it_can_be(tmp_path, step, unit):
+    rows = [f"{i * step:g},{20 + i % 10}.5,0.{i % 10}" for i in range(3000)]
+    (tmp_path / "a.csv").write_text("\n".join(["time,pressure [mmHg],flow [ml/s]", *rows, ""]))
+    assert kind_of([tmp_path / "a.csv"]) == "raw"
+    with pytest.raises(InputError, match=rf"'time' has no unit.* If its times are {unit}, these are 1000\n") as error:
+        read_raw_recording(tmp_path / "a.csv")
+    assert [cure.cells for cure in error.value.cures] == [(("sampling rate [1/s]", "1000"),)]
 
 
 def test_commas_separate_thousands_between_quotation_marks_and_columns_elsewhere(tmp_path):

@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from vasowave.base import Severity
+from vasowave.base import Severity, VasowaveWarning
 from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
 from vasowave.pulse import virtual_mouse
 from vasowave.pulse.cycle import Recording
@@ -79,7 +79,7 @@ def test_beats_that_scatter_without_a_breath_are_not_rejected_for_ventilation(se
     assert rejected < 0.05 * count
 
 
-@pytest.mark.parametrize(("beats_per_min", "rate"), [(560.0, 500.0), (440.0, 400.0)])
+@pytest.mark.parametrize(("beats_per_min", "rate"), [(560.0, 500.0), (440.0, 400.0), (350.0, 300.0)])
 def test_steady_beats_that_fall_in_and_out_of_step_with_the_samples_have_no_breath(beats_per_min, rate):
     rejected = []
     for seed in range(3):
@@ -91,3 +91,27 @@ def test_steady_beats_that_fall_in_and_out_of_step_with_the_samples_have_no_brea
             warnings.simplefilter("ignore")
             rejected += [beat.rejected for beat in average_beats(made).beats]
     assert sum(reason is not None for reason in rejected) < 0.1 * len(rejected)
+
+
+@pytest.mark.parametrize(("rate", "breaths"), [(450.0, 70.0), (750.0, 50.0)])
+def test_means_over_whole_breaths_are_said_beside_those_at_end_expiration_and_averaged_if_asked(rate, breaths):
+    asked = replace(QUIET, breaths_per_minute=breaths, ventilation_pressure=3.0, ventilation_flow=0.2)
+    raw = synthetic_raw_recording(
+        CYCLE, np.random.default_rng(11), duration=12.0, disturbances=asked, heart_rate=rate, sampling_rate=1000.0
+    ).raw
+    with pytest.warns(VasowaveWarning) as told:
+        expired = average_beats(raw).recording
+    (looks,) = [warning.message.finding for warning in told]  # none asks for a stretch without breaths
+    assert "[reject_ventilation=False]" in str(told[0].message)
+    whole = average_beats(raw, reject_ventilation=False).recording
+    said = dict(looks.values)
+    for pressure, flow in ((said["breath_pressure"], said["breath_flow"]), (whole.mean_pressure, whole.flow.mean())):
+        assert pressure == pytest.approx(raw.pressure.mean(), rel=0.004)  # the first and the last beat are cut off
+        assert flow == pytest.approx(raw.flow.mean(), rel=0.01)
+    assert expired.flow.mean() > 1.025 * raw.flow.mean()
+    assert expired.mean_pressure == pytest.approx(CYCLE.mean_pressure, rel=0.01)
+
+
+def test_of_breaths_that_move_no_mean_nothing_is_said():
+    average, _ = averaged(5, lambda phase: 0.0 * phase)
+    assert not [finding for finding in average.findings if finding.code.startswith("recording.breath")]

@@ -125,3 +125,72 @@ def test_a_workbook_that_holds_the_animals_and_a_recording_is_both(lab):
     study = read_study(lab / "study")
     recording = load_animal(study.animals[0], study.settings, study.folder).recording
     assert recording.pressure.mean() == pytest.approx(2 * mouse.pressure.mean(), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("title", "cells", "expected_mmhg"),
+    [
+        ("PCWP", ("8", "9.5", "n/a", "10"), (8, 9.5, None, 10)),
+        ("Wedge pressure (mmHg)", ("8", "9.5", "8", "10"), (8, 9.5, 8, 10)),
+        ("Keil [kPa]", ("1", "1.2", "1", "1"), (7.5006, 9.0007, 7.5006, 7.5006)),  # 1 kPa is 7.5006 mmHg
+        ("PAWP cmH2O", ("10", "10", "10", "10"), (7.3556,) * 4),  # 1 cmH2O is 0.73556 mmHg
+    ],
+)
+def test_a_column_of_wedge_pressures_is_one_whatever_its_title_and_unit_and_this_is_said(
+    lab, title, cells, expected_mmhg
+):
+    sheet = lab / "lab/animals of March.csv"
+    lines = [f"{line};{cell}" for line, cell in zip(SHEET.splitlines(), (title, *cells), strict=True)]
+    sheet.write_text("\n".join([*lines, ""]), "utf-8")
+    added = add_files(lab / "study", [lab / "lab"])
+    wedges = {row.animal.split()[1]: row.wedge for row in read_study(lab / "study").animals}
+    assert [wedges[name] for name in ("R1", "R2", "R10", "R11")] == [
+        value and pytest.approx(value, rel=1e-4) for value in expected_mmhg
+    ]
+    assert any(f"'{title}' was taken for wedge [mmHg]" in text for text in added.said)
+    assert not [problem for problem in check_study(lab / "study").problems if "remove the column" in str(problem)]
+
+
+def test_a_wedge_of_another_title_in_the_studys_own_table_is_asked_for_and_no_covariate(lab):
+    add_files(lab / "study", [lab / "lab"])
+    table = lab / "study/animals.csv"
+    table.write_text(table.read_text("utf-8").replace("weight [g]", "PCWP [mmHg]"), "utf-8")
+    (error,) = (problem for problem in check_study(lab / "study").problems if problem.error)
+    assert "unknown column (did you mean 'wedge [mmHg]'?)" in str(error)
+
+
+def test_groups_that_differ_in_capitals_or_spaces_are_one_and_this_is_said(lab):
+    sheet = lab / "lab/animals of March.csv"
+    sheet.write_text(SHEET.replace("R11;MCT", "R11;mct ").replace("R2;sham", "R2;Sham"), "utf-8")
+    added = add_files(lab / "study", [lab / "lab"])
+    expected(rows(lab))
+    assert "the group 'mct' was taken for 'MCT'" in "; ".join(added.said)
+
+
+def slips(lab, *groups):
+    """Return what is said of groups of these animals by code, and the cures by what they write."""
+    for number in range(len(groups)):
+        cycle(lab / "lab", f"{number} rat", 1 + 0.05 * number)
+    lines = [f"{number};{group}" for number, group in enumerate(groups)]
+    (lab / "lab/animals of March.csv").write_text("\n".join(["ID;Group", *lines, ""]), "utf-8")
+    files = [*(lab / "lab").glob("? rat.csv"), lab / "lab/animals of March.csv", lab / "lab/lung.csv"]
+    add_files(lab / "study", files)
+    findings = [problem.finding for problem in check_study(lab / "study").problems]
+    return {finding.code: finding for finding in findings if finding.code.startswith("animals.")}
+
+
+def test_a_slip_in_a_group_is_asked_about_with_the_group_that_was_meant(lab):
+    found = slips(lab, "Control", "Contol", "Control", "HPH", "HPH")
+    slip = found.pop("animals.group-slip")
+    assert found == {}
+    assert "'Contol' in 1 rat alone, 'Control' in 2: did you mean 'Control'?" in str(slip)
+    cell, groups = slip.cures
+    assert (cell.cells, groups.key, groups.text) == ((("group", "Control"),), "groups", "[Control, HPH]")
+
+
+def test_groups_of_nearly_one_name_with_several_animals_each_are_two_groups(lab):
+    assert slips(lab, "CTL", "CTL", "CTR", "CTR", "HPH", "HPH") == {}
+
+
+def test_one_animal_of_a_group_of_another_name_is_no_slip(lab):
+    assert [*slips(lab, "CTL", "CTL", "SuHx")] == ["animals.small-group"]

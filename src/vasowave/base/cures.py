@@ -118,6 +118,7 @@ def stretch(start: str = UNKNOWN, end: str = UNKNOWN) -> SetCells:
 
 STRETCH = stretch()
 VOXEL = SetOption("Give the size of a voxel, cm", "voxel")
+AVERAGE_BREATHS = SetSetting("Average over the breath", "averaging.reject_ventilation", "false")
 ZERO_TIME = SetSetting("Say when the zero was right", "averaging.zero_time")
 
 
@@ -184,6 +185,8 @@ def arguments(cures: Iterable[Cure]) -> list[str]:
 
 
 def _literal(text: str) -> str:
+    if text in ("true", "false"):
+        return text.title()
     numbers = text.strip("[]").split(",")
     return text if text == UNKNOWN or all(_number(number) is not None for number in numbers) else repr(text)
 

@@ -64,7 +64,8 @@ class Place(NamedTuple):
     def __str__(self) -> str:
         """Return the words that lead there in a file."""
         fragments = (self.file, f"line {self.line}" if self.line else "", self.part)
-        return ", ".join(filter(None, fragments)) + (f" ('{self.animal}')" if self.animal else "")
+        where = ", ".join(filter(None, fragments))
+        return f"{where} ('{self.animal}')" if where and self.animal else where or self.animal
 
 
 NOWHERE = Place()

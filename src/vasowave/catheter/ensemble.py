@@ -12,6 +12,7 @@ import numpy as np
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.settings import given_values
 from vasowave.catheter.baseline.baseline import baseline_findings, find_baseline, with_comments
+from vasowave.catheter.baseline.breaths import breathing
 from vasowave.catheter.baseline.ventilation import Expiration, mark_inspiration
 from vasowave.catheter.beats.cuts import Cuts
 from vasowave.catheter.beats.edits import BeatEdit, judged, require_decisions, told
@@ -55,7 +56,8 @@ def average_beats(
 
     Each beat, from one fiducial to the next, is brought to `samples` samples and thereby to the mean length. The drift
     of the diastolic level is followed over the whole recording, across gaps and beside the stretch that is read. Of all
-    runs of beats that hold `beats` good ones, the run with the fewest rejected beats is averaged, the first of equals.
+    runs of beats that hold `beats` good ones, the run with the fewest rejected beats is averaged, the first of equals;
+    over breaths (`reject_ventilation=False`), that of equals whose means are nearest to those of all good beats.
     The mean step from the cycle's end to its start is then spread over the cycle as a straight line of mean zero.
 
     Parameters
@@ -115,7 +117,9 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     clocks = clocks_apart(cut, ~of_length, heartbeats.fiducial == "ecg")
     good = reasons.count(None)
     reasons, over = made_do(reasons, options.beats)
-    used, run = choose_run(reasons, len(reasons) if "length" in over else options.beats, raw.source, clocks)
+    good_beats = np.array([reason is None for reason in reasons])
+    levels = None if options.reject_ventilation and not over else _breathing_levels(prepared, baseline, good_beats)
+    used, run = choose_run(reasons, len(reasons) if "length" in over else options.beats, raw.source, clocks, levels)
     if over:
         baseline = replace(baseline, removed=baseline.removed and len(over) == 1)  # unlike beats share no level
         expiration = Expiration(np.zeros(len(reasons)), float(cut.pressure[used].mean(axis=1).std()) * (len(over) == 1))
@@ -138,6 +142,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         chosen = chosen._replace(flow=np.column_stack([shifted, shifted[:, 0]]))
         notes.append(ADVANCED(delay=1e3 * delay))
     first, last = float(chosen.starts[0]), float(chosen.ends[-1])
+    means = (float(cycles[0].mean()), float(cycles[1].mean()))
     unusual, moves = unusual_beats(reasons, cut.ends - cut.starts, prepared.means)
     findings = [
         *raw.notes, *summarize(heartbeats.fiducial, reasons, len(used), options.beats, first, last), *told(edits),
@@ -145,8 +150,8 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         *lost, *notes, *heartbeats.notes,
         *plateau_findings(prepared.plateaus, *_beating(baseline, cut.starts, reasons)),
         *baseline_findings(baseline, first, last, raw.every_comment),
-        *unsteady(cut.chosen(shaped), np.isin(np.flatnonzero(shaped), used), first, last),
-        *saturated(raw, prepared.plateaus, period), *expiration.findings, *prepared.signs,
+        *unsteady(cut.chosen(shaped), np.isin(np.flatnonzero(shaped), used), good_beats[shaped], first, last),
+        *saturated(raw, prepared.plateaus, period), *expiration.findings, *expiration.compared(*means), *prepared.signs,
         *odd_values(cycles[0], cycles[1], period, raw.site), *lost_in_run(reasons, run, len(used)),
         *clocks, *unusual, *passed_over(over, good, len(used), expiration.error),
     ]  # fmt: skip
@@ -213,12 +218,22 @@ def levelled(prepared: Prepared, reasons: list[Rejection]) -> tuple[Baseline, Ex
         mark_settling(reasons, np.flatnonzero(times < baseline.settling.until))
     expiration = Expiration(np.zeros(len(reasons)))
     if options.reject_ventilation:
-        pressure, flow = prepared.means
-        level = pressure - baseline.mean_within(cut.starts, cut.ends, cut.pressure.shape[1])
-        expiration = mark_inspiration(
-            reasons, cut.starts, cut.ends, (level, flow), prepared.shapes, 1.0 / prepared.raw.sampling_rate
-        )
+        levels, sample = _levels(prepared, baseline), 1.0 / prepared.raw.sampling_rate
+        expiration = mark_inspiration(reasons, cut.starts, cut.ends, levels, prepared.shapes, sample)
     return replace(baseline, removed=options.drift == "remove" and baseline.sure and not baseline.own), expiration
+
+
+def _levels(prepared: Prepared, baseline: Baseline) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean pressure, its drift removed, and mean flow of every beat, mmHg and ml/s."""
+    (pressure, flow), cut = prepared.means, prepared.cut
+    return pressure - baseline.mean_within(cut.starts, cut.ends, cut.pressure.shape[1]), flow
+
+
+def _breathing_levels(prepared: Prepared, baseline: Baseline, good: np.ndarray) -> np.ndarray | None:
+    """Return mean pressure and flow of every beat, shape (2, beat), where a breath moves them; None else."""
+    levels = _levels(prepared, baseline)
+    time = 0.5 * (prepared.cut.starts + prepared.cut.ends)
+    return np.stack(levels) if breathing(time, levels[0], good).any() else None
 
 
 def _baseline(prepared: Prepared, reasons: Sequence[Rejection]) -> Baseline:

@@ -9,18 +9,19 @@ from vasowave.base import units
 from vasowave.base.errors import InputError, of_file
 from vasowave.base.io.cells import GAPS
 from vasowave.base.io.columns import Columns, number, read_columns
+from vasowave.catheter.signals.signal import WEDGE_TITLES
 
 _TITLES = {
     "systolic": "systolic", "spap": "systolic", "pasp": "systolic", "diastolic": "diastolic", "dpap": "diastolic",
-    "padp": "diastolic", "mean": "mean", "mpap": "mean", "wedge": "wedge", "pawp": "wedge", "pcwp": "wedge",
-    "paop": "wedge", "co": "cardiac output", "cardiac output": "cardiac output", "hr": "heart rate",
-    "heart rate": "heart rate", "subject": "animal", "patient": "animal", "name": "animal", "id": "animal",
-    "systolisch": "systolic", "diastolisch": "diastolic", "mittel": "mean", "hzv": "cardiac output",
+    "padp": "diastolic", "mean": "mean", "mpap": "mean", "co": "cardiac output", "cardiac output": "cardiac output",
+    "hr": "heart rate", "heart rate": "heart rate", "subject": "animal", "patient": "animal", "name": "animal",
+    "id": "animal", "systolisch": "systolic", "diastolisch": "diastolic", "mittel": "mean", "hzv": "cardiac output",
     "herzzeitvolumen": "cardiac output", "hf": "heart rate", "herzfrequenz": "heart rate", "tier": "animal",
     "systolique": "systolic", "diastolique": "diastolic", "moyenne": "mean", "débit cardiaque": "cardiac output",
     "fréquence cardiaque": "heart rate", "sistólica": "systolic", "diastólica": "diastolic", "media": "mean",
     "gasto cardíaco": "cardiac output", "frecuencia cardíaca": "heart rate",
 }  # fmt: skip
+_TITLES |= dict.fromkeys(WEDGE_TITLES, "wedge")
 _TITLES |= {f"pap {title}": name for title, name in tuple(_TITLES.items()) if name in ("systolic", "diastolic", "mean")}
 _RATES = ("1/min", "/min", "bpm", "beats/min", "min-1")
 _TABLE = "a table of 'quantity,value,unit', or of the titles 'mean [mmHg],cardiac output [l/min],…'"

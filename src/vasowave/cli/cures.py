@@ -26,12 +26,14 @@ from vasowave.base.cures import (
     in_row,
 )
 from vasowave.base.errors import InputError
-from vasowave.base.findings import Finding
+from vasowave.base.findings import Finding, sentence
 from vasowave.cli.signatures import TYPED, VERBOSE
 from vasowave.study import entering
 from vasowave.study import folder as folders
+from vasowave.study import report as reports
 
 _MAX_COMMANDS = 3  # below a finding
+_MAX_NAMES = 3  # of animals in a line
 VALUE = "VALUE"
 """Stands in a command for what only a person knows."""
 
@@ -65,7 +67,8 @@ class Shell:
             row = typed
         match in_row(cure, row):
             case SetCells(_, cells):
-                options = [_option(title, text) for title, text in cells]
+                settled = {"group"} if row.get("group") else set()  # which adding does not change
+                options = ["" if title in settled else _option(title, text) for title, text in cells]
                 if not all(options) and self.study is None:
                     return ""
                 if not all(options):
@@ -152,10 +155,24 @@ def shell_of(study: Path) -> Shell:
     return Shell(path.parent, {row.get("animal", ""): row for row in rows})
 
 
-def problem_lines(problem: "folders.StudyProblem", shell: Shell) -> str:
-    """Return a problem of a study with the commands that mend it."""
-    grade = "error" if problem.error else "warning"
-    return f"{grade}: {problem}{code_of(problem.finding)}{shell.below(problem.finding.cures, problem.animals)}"
+def problem_lines(problems: "Iterable[folders.StudyProblem]", shell: Shell) -> list[str]:
+    """Return problems of a study with the commands that mend them; what many animals have, of the first of them.
+
+    Where the user asked for details (-v), each is by itself.
+    """
+    groups = [[problem] for problem in problems] if VERBOSE.get() else folders.by_kind(problems)
+    return [_problem_line(group, shell) for group in groups]
+
+
+def _problem_line(group: "Sequence[folders.StudyProblem]", shell: Shell) -> str:
+    first, grade = group[0], "error" if group[0].error else "warning"
+    names = list(dict.fromkeys(name for problem in group for name in problem.animals))
+    text = str(first)
+    if len(group) > 1:
+        place = f"{first.place.file}: " if first.place.file else ""
+        animals = f"{len(names)} animals ({reports.some_of(names, _MAX_NAMES)})"
+        text = f"{place}{animals}, of the first: {sentence(first.finding)}"
+    return f"{grade}: {text}{code_of(first.finding)}{shell.below(first.finding.cures, first.animals)}"
 
 
 def code_of(finding: Finding) -> str:

@@ -62,7 +62,7 @@ def indices(
     cycle, average = results.load_recording(row, read_settings(options, name, name))
     print_text(animals.indices_text(cycle, average))
     for note in cycle.notes:
-        typer.echo(f"note: {note}", err=True)
+        print_text(f"note: {sentence(note)}{_below(note)}", err=True)
     if output is not None and average is not None:
         typer.echo(f"Beats: {animals.write_beats(cycle, average, output)}")
     elif output is not None:

@@ -28,13 +28,20 @@ def show_animals(rows: "Sequence[Sequence[str]]") -> None:
 
 def work_of(read: "Sequence[results.AnimalRead]", settings: "folders.StudyFile") -> str:
     """Return how much there is to compute, in words."""
-    minutes = results.expected_seconds(read, settings, cores()) / 60
+    seconds = results.expected_seconds(read, settings, cores())
     walls, starts = settings.calibration.walls, settings.calibration.starts
     rows = "Recordings" if settings.design.subject else "Animals"
     return (
         f"{rows} {len(read)}; wall laws {', '.join(map(laws.plain, walls))}; {starts} starts of each fit: roughly "
-        f"{max(1, round(minutes))} min to compute here ({cores()} cores), less where results are kept."
+        f"{rough_time(seconds)} to compute here ({cores()} cores), less where results are kept."
     )
+
+
+def rough_time(seconds: float) -> str:
+    """Return a time to one or two digits, in the unit that people take for it."""
+    if seconds < 95:
+        return f"{max(10, round(seconds, -1)):.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 95 * 60 else f"{seconds / 3600:.1f} h"
 
 
 def print_table(rows: Sequence[tuple[str, ...]], left_aligned: tuple[int, ...], remarks: Iterable[str] = ()) -> None:

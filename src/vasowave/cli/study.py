@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,13 +15,13 @@ import typer
 
 import vasowave as vw
 from vasowave.base.errors import InputError
-from vasowave.base.findings import sentence
+from vasowave.base.findings import Place
 from vasowave.base.runtime.interrupts import interruptible
 from vasowave.base.runtime.thread_limits import cores
 from vasowave.cli import models
 from vasowave.cli.answer import Answer
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
-from vasowave.cli.cures import VALUE, code_of, problem_lines, shell_of
+from vasowave.cli.cures import VALUE, problem_lines, shell_of
 from vasowave.cli.progress import alive, print_text, show_animals, waiting, work_of
 from vasowave.study import animal as animals
 from vasowave.study import datasets, entering, running
@@ -143,8 +144,8 @@ def add(
 
 def _tell_problems(problems: "Sequence[folders.StudyProblem]", study: Path) -> None:
     shell = shell_of(study)
-    for problem in problems:
-        print_text(problem_lines(problem, shell))
+    for line in problem_lines(problems, shell):
+        print_text(line)
 
 
 def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
@@ -194,14 +195,16 @@ def _check(study: Path, answer: Answer) -> int:
         answer.announce("animals", [animal.row() for animal in read])
         answer.announce("text", work_of(read, settings))
     shell = shell_of(study)
-    for problem in problems:
-        answer.announce("text", problem_lines(problem, shell))
+    lines = problem_lines(problems, shell)
+    for line in lines:
+        answer.announce("text", line)
     if settings is not None and not errors:
         running.declare(vw.read_study(study))
     if design:
         answer.announce("line", f"Design: {design}")
     counts = f"{_counted(errors, 'error')}, {_counted(len(problems) - errors, 'warning')}"
-    answer.announce("line", counts if problems else "Nothing is wrong or odd.")
+    details = f"; each by itself: vasowave -v check {_typed(study)}" if len(lines) < len(problems) else ""
+    answer.announce("line", f"{counts}{details}" if problems else "Nothing is wrong or odd.")
     return errors
 
 
@@ -322,11 +325,10 @@ def _run(
             event("done", results=str(done.results), report=None if page is None else str(page),
                   failures=animals.as_plain(done.failures), missing=missing, warnings=warned)  # fmt: skip
         else:
-            shell = shell_of(plan.path)
-            for name, findings in done.warnings.items():
-                for finding in findings:
-                    below = code_of(finding) + shell.below(finding.cures, [name])
-                    answer.announce("text", f"warning: {name}: {sentence(finding)}{below}")
+            problems = [folders.StudyProblem(replace(finding, place=Place(animal=name, law=finding.place.law)))
+                        for name, findings in done.warnings.items() for finding in findings]  # fmt: skip
+            for line in problem_lines(problems, shell_of(plan.path)):
+                answer.announce("text", line)
         for failure in done.failures:
             typer.echo(f"failed: {failure.animal}: {failure}", err=True)
         if done.failures:

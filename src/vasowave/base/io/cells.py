@@ -23,28 +23,37 @@ def _grouped(thousand: str, decimal: str, always: bool = False) -> re.Pattern[st
     return re.compile(rf"(?<![^\t;\"+-])([1-9]\d{{0,2}}(?:{thousand}\d{{3}})+){decimals}(?![^\t;\"\r\n])")
 
 
+def _ungrouped(mark: str) -> re.Pattern[str]:
+    """Return what finds numbers with a mark where no thousands end, as in ``12.34`` and ``0.125``."""
+    return re.compile(rf"(?<![^\t;\"+-])(?![1-9]\d{{0,2}}{mark}\d{{3}}(?!\d))\d+{mark}\d+(?![^\t;\"\r\n])")
+
+
 def without_thousands(texts: Sequence[str]) -> list[str]:
     """Return rows without the marks that programs write between thousands: ``1,234.5``, ``1.234,5``, ``1 234,5``.
 
-    They are taken for such where rows of numbers have another mark before the decimals behind them, none the other way
-    round or where no thousands end, as in ``12.34``. Of cells that commas separate only quoted ones can have them.
+    They are taken for such where rows of numbers have another mark before decimals, in these numbers or in others, and
+    none with their mark where no thousands end, as in ``12.34``. Of cells that commas separate only quoted ones can
+    have them.
     """
     separator = separator_of(texts[len(texts) // 2]) if texts else None
-    shown = [_grouped(*marks) for marks in _THOUSANDS if separator and _is_shown(texts, separator, *marks)]
+    rows = [text for text in texts if '"' in text] if separator == "," else texts
+    shown = [_grouped(*marks) for marks in _THOUSANDS if separator and _is_shown(rows, separator, *marks)]
     if len(shown) != 1:
         return list(texts)
     return [shown[0].sub(_plain, text) if separator != "," or '"' in text else text for text in texts]
 
 
-def _is_shown(texts: Sequence[str], separator: str, thousand: str, decimal: str) -> bool:
-    """Whether a row of numbers holds one with a mark between its thousands and another before its decimals."""
-    if not all(any(mark in text for text in texts for mark in marks.strip("[]")) for marks in (thousand, decimal)):
+def _is_shown(rows: Sequence[str], separator: str, thousand: str, decimal: str) -> bool:
+    """Whether rows of numbers hold a mark between thousands and another before decimals, and none the other way."""
+    if not all(any(mark in row for row in rows for mark in marks.strip("[]")) for marks in (thousand, decimal)):
         return False
-    grouped = _grouped(thousand, decimal, always=True)
-    plain = re.compile(rf"(?<![^\t;\"+-])(?![1-9]\d{{0,2}}{thousand}\d{{3}}(?!\d))\d+{thousand}\d+(?![^\t;\"\r\n])")
-    shown, denied = (any(is_number_row(grouped.sub("0", row), separator) for row in texts if form.search(row)
-                         and (separator != "," or '"' in row)) for form in (grouped, plain))  # fmt: skip
-    return shown and not denied
+    grouped = _grouped(thousand, decimal)
+
+    def holds(form: re.Pattern[str]) -> bool:
+        return any(is_number_row(grouped.sub("0", form.sub("0", row)), separator) for row in rows if form.search(row))
+
+    decimals = (_grouped(thousand, decimal, always=True), _ungrouped(decimal))
+    return holds(grouped) and any(map(holds, decimals)) and not holds(_ungrouped(thousand))
 
 
 def _plain(match: re.Match[str]) -> str:

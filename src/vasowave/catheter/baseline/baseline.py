@@ -37,6 +37,13 @@ SETTLES = look_kind(
     "Say when the zero was right.",
     ZERO_TIME,
 )
+ZERO_WITHIN = look_kind(
+    "baseline.zero-within",
+    "baseline: at {zero:.3g} s, where the zero is taken to be right, the level lies {height:.2g} mmHg {side} that of "
+    "before and after, as when something passes; the pressures of all beats are moved by that",
+    "Say another instant at which the zero was right.",
+    ZERO_TIME,
+)
 CHANGED_BESIDE = look_kind(
     "baseline.changed-beside",
     "baseline: beside the stretch that is read the level moves, and with it {what}, as when the animal itself changes; "
@@ -71,7 +78,19 @@ def baseline_findings(
         steps(height=float(step.height), time=float(step.time), whose=_whose(step, comments), done=done)
         for step in baseline.steps
     )
-    return [*findings, drift, *step_findings]
+    return [*findings, drift, *_zero_within(baseline), *step_findings]
+
+
+def _zero_within(baseline: Baseline) -> list[Finding]:
+    """Return a finding if the instant of the zero stands within what passes: most levels on both sides are alike."""
+    sides = [baseline.trend[side] for side in (baseline.time < baseline.zero, baseline.time > baseline.zero)]
+    if not baseline.removed or min(map(len, sides)) < RULES.side_beats:
+        return []
+    before, after = (float(np.median(trend)) for trend in sides)
+    if before * after <= 0 or min(abs(before), abs(after)) < max(RULES.min_size, abs(before - after)):
+        return []
+    height = 0.5 * (before + after)
+    return [ZERO_WITHIN(zero=baseline.zero, height=abs(height), side="below" if height > 0 else "above")]
 
 
 def _whose(step: LevelStep, comments: Sequence[Comment]) -> str:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.base.cures import AVERAGE_BREATHS
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.catheter.baseline.breaths import Breath, find_breaths
 from vasowave.catheter.beats.rhythm import of_rhythm
@@ -38,12 +39,13 @@ class VentilationRules:
     level_beats : int
         Beats over which the level is followed where no breath repeats: three breaths or more.
     no_breath : float
-        Levels that differ by less than this share of the signal's pulse show no breath.
+        Levels that differ by less than this share of the signal's mean show no breath.
     cut_samples : float
-        So many samples a beat may seem longer or shorter, half of one at either end, as samples and beats fall in and
-        out of step; its mean moves along, which is no breath.
-    tells : float
-        A breath lower than this share of the mean pressure asks for no look.
+        By so many samples the lengths of beats may seem to differ, half of one too long or too short at either end, as
+        samples and beats fall in and out of step; their means move along, which is no breath.
+    tells, tells_of_flow : float
+        A breath lower than this share of the mean pressure asks for no look, nor one that moves the mean flow by less
+        than this share.
     locked : float
         Concentration of the beats' phases, 0 to 1, from which on breaths are locked to the beat.
     plateau_beats : float
@@ -66,9 +68,10 @@ class VentilationRules:
     end_share: float = 0.1
     outlier_sd: float = 2.5
     level_beats: int = 31
-    no_breath: float = 0.001
-    cut_samples: float = 1.0
+    no_breath: float = 0.01
+    cut_samples: float = 2.0
     tells: float = 0.04
+    tells_of_flow: float = 0.02
     locked: float = 0.9
     locked_error: float = 0.25
     plateau_beats: float = 1.8
@@ -81,15 +84,14 @@ class VentilationRules:
 RULES = VentilationRules()
 
 _VENTILATION = note_kind("beat.ventilation", "ventilation: mean {signal} {off:+.3g} {unit} from end-expiration")
-_TURN_OFF = (
-    "Turn averaging.reject_ventilation off for an animal that breathes by itself: the average is over its breath."
-)
+_TURN_OFF = "If the animal breathes by itself, average over the breath."
 NO_PLATEAU = look_kind(
     "recording.breath-without-plateau",
     "the pressure swings by {height:.2g} mmHg with each breath ({rate:.0f} a minute) and rests at neither end; the "
     "lower end was taken for end-expiration, as under a ventilator. If the animal breathes by itself, it is the upper "
     "end, and the mean pressure is {height:.2g} mmHg higher",
     _TURN_OFF,
+    AVERAGE_BREATHS,
 )
 RESTS_HIGH = look_kind(
     "recording.breath-rests-high",
@@ -97,12 +99,26 @@ RESTS_HIGH = look_kind(
     "was taken for end-expiration, as of an animal that breathes by itself. If a ventilator holds inspiration for "
     "longer than expiration, it is the lower end, and the mean pressure is {height:.2g} mmHg lower",
     _TURN_OFF,
+    AVERAGE_BREATHS,
 )
 LOCKED = look_kind(
     "recording.breath-locked",
     "breaths keep step with the heart ({beats:.2g} beats a breath), so that what a breath of {height:.2g} mmHg "
     "does within a beat cannot be told from the beat; the mean pressure may be off by {error:.2g} mmHg",
     "Choose a stretch in which heart and ventilator do not keep step.",
+)
+_BOTH_MEANS = (
+    "at end-expiration, as averaged, the mean pressure is {pressure:.3g} mmHg and the mean flow {flow:.3g} ml/s; over "
+    "whole breaths they are {breath_pressure:.3g} mmHg ({pressure_percent:+.1f} %) and {breath_flow:.3g} ml/s "
+    "({flow_percent:+.1f} %)"
+)
+BREATH_MOVES = note_kind("recording.breath-moves", _BOTH_MEANS)
+BREATH_MOVES_FLOW = look_kind(
+    "recording.breath-moves-flow",
+    _BOTH_MEANS,
+    "Pressures are compared at end-expiration, an output over whole breaths. If the output counts, average over the "
+    "breath.",
+    AVERAGE_BREATHS,
 )
 
 
@@ -116,11 +132,34 @@ class Expiration(NamedTuple):
     error : float
         What is unknown of it in the beats at end-expiration, mmHg.
     findings : tuple of Finding
+    breath_moves : pair of float
+        How far mean pressure, mmHg, and mean flow, ml/s, over whole breaths stand above those at end-expiration.
     """
 
     excess: np.ndarray
     error: float = 0.0
     findings: tuple[Finding, ...] = ()
+    breath_moves: tuple[float, float] = (0.0, 0.0)
+
+    def compared(self, pressure: float, flow: float, rules: VentilationRules = RULES) -> list[Finding]:
+        """Return what is said of an average of such mean pressure, mmHg, and flow, ml/s: both over whole breaths.
+
+        Pressures are by convention those at end-expiration, an output is one over the breath: it asks for a look.
+        """
+        moves = dict(zip(("pressure", "flow"), self.breath_moves, strict=True))
+        shares = {"pressure": moves["pressure"] / pressure, "flow": moves["flow"] / flow}
+        if max(map(abs, shares.values())) < rules.no_breath:
+            return []
+        kind = BREATH_MOVES_FLOW if abs(shares["flow"]) > rules.tells_of_flow else BREATH_MOVES
+        finding = kind(
+            pressure=pressure,
+            flow=flow,
+            breath_pressure=pressure + moves["pressure"],
+            breath_flow=flow + moves["flow"],
+            pressure_percent=100 * shares["pressure"],
+            flow_percent=100 * shares["flow"],
+        )
+        return [finding]
 
 
 def mark_inspiration(
@@ -143,10 +182,27 @@ def mark_inspiration(
         Time between the samples of which they were cut, s.
     rules : VentilationRules, optional
     """
-    cut = rules.cut_samples * sample / float(np.median(ends - starts))
+    lengths = ends - starts
+    shaped = np.array([not reason for reason in reasons], dtype=bool)
+    cut = rules.cut_samples * sample / float(np.median(lengths))
+    expiration = _expiration(reasons, 0.5 * (starts + ends), lengths, means, shapes, cut, rules)
+    expired = np.array([not reason for reason in reasons], dtype=bool)
+    if not expired.any():
+        return expiration
+    pressure, flow = (
+        np.average(mean[shaped], weights=lengths[shaped]) - np.average(lowered[expired], weights=lengths[expired])
+        for mean, lowered in zip(means, (means[0] - expiration.excess, means[1]), strict=True)
+    )
+    return expiration._replace(breath_moves=(float(pressure), float(flow)))
+
+
+def _expiration(
+    reasons: list[Rejection], time: np.ndarray, lengths: np.ndarray, means: tuple[np.ndarray, np.ndarray],
+    shapes: tuple[np.ndarray, np.ndarray], cut: float, rules: VentilationRules,
+) -> Expiration:  # fmt: skip
+    """Reject the beats of inspiration, and return how the others stand to end-expiration; see `mark_inspiration`."""
     good = np.array([not reason for reason in reasons], dtype=bool)
-    time = 0.5 * (starts + ends)
-    breaths, led = _breaths(time, ends - starts, means, good, rules)
+    breaths, led = _breaths(time, lengths, means, good, rules)
     means = (means[0] - led, means[1])
     if led.any() and not breaths:
         return Expiration(np.zeros(len(time)))
@@ -171,7 +227,7 @@ def mark_inspiration(
 
 def _no_breath(shape: np.ndarray, cut: float, rules: VentilationRules) -> float:
     """Return by what levels may differ without a breath, where beats begin within `cut` of their length."""
-    return max(rules.no_breath * float(np.ptp(shape)), cut * float(abs(shape.mean() - shape[0])))
+    return max(rules.no_breath * float(abs(shape.mean())), cut * float(abs(shape.mean() - shape[0])))
 
 
 def _breaths(

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vasowave.base.cures import STRETCH, Cure, SetSetting, Visit
+from vasowave.base.cures import AVERAGE_BREATHS, STRETCH, Cure, SetSetting, Visit
 from vasowave.base.errors import NumericalError
 from vasowave.base.findings import Finding, look_kind, note_kind
 from vasowave.pulse.cycle.averaged import Rejection
@@ -149,7 +149,7 @@ _FEW_GOOD: tuple[Cure, ...] = (
     Visit("recording"),
     STRETCH,
     SetSetting("Average 10 beats", "averaging.beats", "10"),
-    SetSetting("Let the ventilation reject none", "averaging.reject_ventilation", "false"),
+    AVERAGE_BREATHS,
 )
 
 
@@ -161,22 +161,35 @@ def passed_over(over: set[str], good: int, beats: int, error: float) -> list[Fin
 
 
 def choose_run(
-    reasons: list[Rejection], beats: int, source: str, noticed: Sequence[Finding] = ()
-) -> tuple[np.ndarray, range]:
-    """Return the indices of the beats to average, and the run they come from; errors tell what was noticed."""
+    reasons: list[Rejection], beats: int, source: str, noticed: Sequence[Finding] = (),
+    levels: np.ndarray | None = None,
+) -> tuple[np.ndarray, range]:  # fmt: skip
+    """Return the indices of the beats to average, and the run they come from; errors tell what was noticed.
+
+    Of equal runs the first is taken; with `levels` of all beats, shape (quantity, beat), the one that has their means.
+    """
     good = np.array([i for i, reason in enumerate(reasons) if not reason], dtype=int)
     if len(good) < fewest(beats):
         raise NumericalError(
             f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {_counted(reasons)}); "
             "look at the beats, choose another stretch or average fewer. Of an animal that breathes by itself, without "
-            "a ventilator, or whose beats alternate, let the ventilation reject none"
+            "a ventilator, or whose beats alternate, average over the breath"
             f"{''.join(f'. Besides, {remark}' for remark in noticed)}",
             _FEW_GOOD,
         )
     beats = min(beats, len(good))
-    first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))
+    spans = good[beats - 1 :] - good[: len(good) - beats + 1]
+    equals = np.flatnonzero(spans == spans.min())
+    first = int(equals[0] if levels is None else equals[np.argmin(_off_means(levels[:, good], beats)[equals])])
     used = good[first : first + beats]
     return used, range(int(used[0]), int(used[-1]) + 1)
+
+
+def _off_means(levels: np.ndarray, beats: int) -> np.ndarray:
+    """Return how far the means of each run of beats are off those of all, in SD of the beats, shape (run,)."""
+    runs = np.lib.stride_tricks.sliding_window_view(levels, beats, axis=1).mean(axis=2)
+    off = (runs - levels.mean(axis=1, keepdims=True)) / np.maximum(levels.std(axis=1, keepdims=True), 1e-300)
+    return np.abs(off).max(axis=0)
 
 
 def summarize(
@@ -195,8 +208,11 @@ def _counted(reasons: list[Rejection]) -> str:
 
 
 def lost_in_run(reasons: list[Rejection], run: range, beats: int) -> list[Finding]:
-    """Return a finding if more beats of the averaged run were rejected than averaged."""
-    lost = sum(bool(reasons[i]) for i in run)
+    """Return a finding if more beats of the averaged run were rejected than averaged, those of breaths set apart.
+
+    Every stretch has breaths; what they do to the means is said elsewhere.
+    """
+    lost = sum(reason is not None and cause(reason) != "ventilation" for reason in reasons[run.start : run.stop])
     return [MANY_REJECTED(lost=lost, beats=len(run))] if lost > beats else []
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vasowave.base.cures import STRETCH, stretch
+from vasowave.base.cures import AVERAGE_BREATHS, STRETCH, stretch
 from vasowave.base.findings import Finding, look_kind
 from vasowave.catheter.beats.cuts import Cuts
 
@@ -19,8 +19,8 @@ class SteadinessRules:
         A pulse or a mean flow that is lower by more than this share in one stretch of the beats than in another is
         told.
     max_pulse_difference : float
-        Averaged beats whose pulse is off that of all beats by more than this share is told: breaths alone, of which the
-        average takes one part, make 6 % of the pulse.
+        Averaged beats whose pulse is off that of all beats at the same part of the breath by more than this share is
+        told.
     max_flow_difference : float
         Likewise their mean flow.
     min_beats : int
@@ -61,7 +61,7 @@ UNSTEADY = look_kind(
 )
 APART = look_kind(
     "recording.average-apart",
-    "{what} of the averaged beats ({start:.3g} to {end:.3g} s) is {percent:+.0f} % off that of all beats",
+    "{what} of the averaged beats ({start:.3g} to {end:.3g} s) is {percent:+.0f} % off that of all beats like them",
     "Choose the stretch that stands for the animal.",
     STRETCH,
 )
@@ -69,11 +69,12 @@ ALTERNATING = look_kind(
     "recording.alternating",
     "{what} alternates from beat to beat, by {percent:.0f} %; the averaged beats may be of one kind, and the others be "
     "called beats of inspiration. {remedy}",
-    "Turn off averaging.reject_ventilation, so that both kinds are averaged.",
+    "Average over the breath, so that both kinds are averaged.",
+    AVERAGE_BREATHS,
 )
 
 
-def unsteady(cut: Cuts, used: np.ndarray, start: float, end: float) -> list[Finding]:
+def unsteady(cut: Cuts, used: np.ndarray, alike: np.ndarray, start: float, end: float) -> list[Finding]:
     """Return findings where pulse pressure or mean flow change in the course of a recording, or alternate.
 
     Parameters
@@ -82,6 +83,8 @@ def unsteady(cut: Cuts, used: np.ndarray, start: float, end: float) -> list[Find
         Beats of usual length and shape in the order of time, those of inspiration among them.
     used : bool array, shape (beat,)
         Which are averaged.
+    alike : bool array, shape (beat,)
+        Which might be: those at end-expiration, unless the average is over the breath.
     start, end
         Between which instants they are, s.
     """
@@ -95,7 +98,7 @@ def unsteady(cut: Cuts, used: np.ndarray, start: float, end: float) -> list[Find
             continue
         findings += _differs(cut, values, what=quantity, unit=unit, start=start, end=end)
         findings += _alternates(values, quantity)
-        off = float(np.mean(values[used]) / np.mean(values) - 1.0) if used.any() else 0.0  # all kept by hand
+        off = float(np.mean(values[used]) / np.mean(values[alike | used]) - 1.0) if used.any() else 0.0  # kept by hand
         if abs(off) > limit:
             findings.append(APART(what=quantity, percent=100 * off, start=start, end=end))
     return findings

@@ -72,16 +72,17 @@ LATE_PRESSURE = look_kind(
 )
 CLOCKS = look_kind(
     "recording.clocks-apart",
-    "the flow comes {drift:+.2g} ms later against the pressure at the end than at the beginning of {lasts:.3g} s "
-    "({percent:+.2g} %), as of two clocks; Z_c, stiffness and wave speed depend on the instant that is averaged",
+    "the flow comes {size:g} ms {later} against the pressure at the end than at the beginning of {lasts:.3g} s "
+    "({percent:+.2g} %), as of two clocks or two animals; Z_c, stiffness and wave speed depend on the "
+    "instant that is averaged",
     "Record both on one clock, or resample one of them to that of the other; where both were begun at one instant, "
     "average beats near it.",
     STRETCH,
 )
 CLOCK_OF_ECG = look_kind(
     "recording.clock-of-ecg",
-    "the pressure comes {drift:+.2g} ms later after the R wave at the end than at the beginning of {lasts:.3g} s "
-    "({percent:+.2g} %), as of two clocks: beats are cut elsewhere each time. {remedy}",
+    "the pressure comes {size:g} ms {later} after the R wave at the end than at the beginning of {lasts:.3g} s "
+    "({percent:+.2g} %), as of two clocks or two animals: beats are cut elsewhere each time. {remedy}",
     "Find beats from the pressure: `fiducial: pressure` (under averaging).",
 )
 
@@ -139,10 +140,16 @@ def clocks_apart(cut: Cuts, usual: np.ndarray, by_ecg: bool) -> list[Finding]:
     lasts = float(cut.ends[-1] - cut.starts[0])
     drift = lasts * _drift(cut, P * Q.conj(), RULES.min_drift_share)
     of_ecg = lasts * _drift(cut, P.conj(), RULES.min_ecg_drift_share) if by_ecg else 0.0
-    findings = [CLOCKS(drift=1e3 * drift, lasts=lasts, percent=100 * drift / lasts)] if drift else []
-    return (
-        [*findings, CLOCK_OF_ECG(drift=1e3 * of_ecg, lasts=lasts, percent=100 * of_ecg / lasts)] if of_ecg else findings
-    )
+    return [
+        finding_kind(
+            size=float(f"{1e3 * abs(total):.2g}"),  # so that it is written out
+            later="later" if total > 0 else "earlier",
+            lasts=lasts,
+            percent=100 * total / lasts,
+        )
+        for finding_kind, total in ((CLOCKS, drift), (CLOCK_OF_ECG, of_ecg))
+        if total
+    ]
 
 
 def _drift(cut: Cuts, spectra: np.ndarray, least_share: float) -> float:

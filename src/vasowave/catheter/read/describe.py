@@ -17,6 +17,8 @@ from vasowave.catheter.signals.channels import Block, Comment
 from vasowave.catheter.signals.gaps import Span, gaps_in
 from vasowave.catheter.signals.interventions import listed
 
+_MAX_CYCLE_ROWS = 2000
+"""More rows without times are no cycle, unless a period is given, which says so."""
 _MAX_CYCLE_BYTES = 4 << 20  # bytes; no table of one cycle is larger
 
 
@@ -140,7 +142,11 @@ def kind_of(recordings: Sequence[Path], sheet: str = "") -> Literal["cycle", "ra
     except InputError:
         return "cycle"
     try:
-        return "raw" if form.continuous or describe_recording(recordings[0], sheet=sheet).kind == "raw" else "cycle"
+        if form.continuous:
+            return "raw"
+        described = describe_recording(recordings[0], sheet=sheet)
+        untimed = not described.kind and described.used.samples > _MAX_CYCLE_ROWS
+        return "raw" if described.kind == "raw" or untimed else "cycle"
     except InputError:
         return "raw" if size > _MAX_CYCLE_BYTES else "cycle"
 

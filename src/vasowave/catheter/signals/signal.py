@@ -41,6 +41,12 @@ ALIASES = {
     "flujo": "flow",
 }
 """Other titles of the columns, lower case."""
+WEDGE_TITLES = (
+    "wedge", "wedge pressure", "mean wedge", "mean wedge pressure", "pcwp", "mpcwp", "pawp", "mpawp", "paop", "pcw",
+    "ppcw", "lap", "mlap", "left atrial pressure", "keil", "keildruck", "wedgedruck", "wedge druck", "verschlussdruck",
+    "pcp", "papo", "pression capillaire",
+)  # fmt: skip
+"""What tables call the pressure behind the beds, in lower case."""
 
 NAME_THE_RATE = "say how many samples a second has"
 RATE = SetCells("Give the sampling rate", (("sampling rate [1/s]", UNKNOWN),))

@@ -169,7 +169,7 @@ class Variable:
             return findings
         for value in rare:
             ((subject, animal),) = owners[value].items()
-            match = _likely_word(value, [candidate for candidate in counts if counts[candidate] > 1])
+            match = likely_word(value, [candidate for candidate in counts if counts[candidate] > 1])
             alone = ALONE(value=value, animal=subject)
             slip = MISSPELT(rare=value, animal=subject, common=match, count=counts[match]) if match else alone
             findings.append(slip.at(animal=animal))
@@ -189,7 +189,7 @@ def _plain(word: str) -> str:
     return "".join(word.casefold().split())
 
 
-def _likely_word(word: str, candidates: Sequence[str]) -> str:
+def likely_word(word: str, candidates: Sequence[str]) -> str:
     """Return the word that is meant perhaps: one of nearly the same letters, or one that it lengthens or cuts."""
     originals = {_plain(candidate): candidate for candidate in candidates}
     plain = _plain(word)

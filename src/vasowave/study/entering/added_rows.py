@@ -83,7 +83,10 @@ def sheet_remark(sheet: AnimalSheet, names: Sequence[Sequence[str]]) -> str:
     lost = f"; without {', '.join(sheet.passed_over)}, which a study's table cannot have" if sheet.passed_over else ""
     taken = some_of([f"{name} for {key}" for name, key in sheet.guesses(names).items()], _MAX_NAMED_FILES)
     guessed = f"; taken were {taken}" if taken else ""
-    return f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}{guessed}"
+    remark = (
+        f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}{guessed}"
+    )
+    return "; ".join([remark, *sheet.taken])
 
 
 def without_copies(new: Sequence[AddedRow], lookup: RecordingIndex) -> tuple[list[AddedRow], list[str]]:

@@ -1,17 +1,21 @@
 """A lab's own table of animals (ID, treatment, weight, sex): told from recordings, and its cells brought to rows."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from vasowave.base import units
 from vasowave.base.errors import InputError
-from vasowave.base.io.columns import read_columns
+from vasowave.base.io.cells import GAPS
+from vasowave.base.io.columns import Columns, number, read_columns, split_unit
 from vasowave.catheter.read.subject_rows import sample_columns
+from vasowave.catheter.read.wedge import is_wedge
 from vasowave.catheter.signals.signal import ALIASES
 from vasowave.study.entering.grouping import is_reference, within, words
 from vasowave.study.folder.animals import columns_of
 from vasowave.study.folder.names import checked_name
-from vasowave.study.folder.rows import COLUMNS, FILES, REQUIRED_COLUMNS
+from vasowave.study.folder.rows import COLUMNS, FILES, REQUIRED_COLUMNS, WEDGE
 
 _ANIMAL_WORDS = ("animal", "subject", "mouse", "rat", "pig", "rabbit", "dog", "tier", "maus", "ratte", "souris")
 _ID_TITLES = ("animal id", "id", "animal no", "animal nr", "animal number", "name", *_ANIMAL_WORDS)
@@ -29,11 +33,14 @@ class AnimalSheet:
     rows : dict of str to dict of str to str
     passed_over : tuple of str
         Titles of columns that a study's table cannot have.
+    taken : tuple of str
+        What columns of other titles or units were taken for.
     """
 
     file: Path
     rows: Mapping[str, Mapping[str, str]]
     passed_over: tuple[str, ...] = ()
+    taken: tuple[str, ...] = ()
 
     @property
     def groups(self) -> list[str]:
@@ -95,13 +102,59 @@ def animal_sheet(file: Path) -> AnimalSheet | None:
     keys = [row[column].strip() for row in table.cells]
     if not all(keys) or len(set(keys)) < len(keys):
         return None
+    table, taken = _with_wedge(table)
     titles, passed_over = _titles(file, table.names, table.units, column)
     rows = {key: {title: row[i].strip() for i, title in titles.items()} for key, row in zip(keys, table.cells)}
+    rows, unified = _unified_groups(rows)
     group_words = {row["group"] for row in rows.values() if row.get("group")}
     if len(group_words) > _MAX_GROUPS or not all(map(_is_name, group_words)):
         rows = {key: {title: text for title, text in row.items() if title != "group"} for key, row in rows.items()}
         passed_over = (*passed_over, "group")
-    return AnimalSheet(file, rows, passed_over)
+    return AnimalSheet(file, rows, passed_over, (*taken, *unified))
+
+
+def _unified_groups(rows: Mapping[str, Mapping[str, str]]) -> tuple[dict[str, dict[str, str]], list[str]]:
+    """Return rows whose groups are spelled alike where only capitals or spaces differ, and what to say of it."""
+    counts = Counter(row["group"] for row in rows.values() if row.get("group"))
+    spellings: dict[str, str] = {}
+    for word, _ in counts.most_common():
+        spellings.setdefault("".join(word.casefold().split()), word)
+    usual = {word: spellings["".join(word.casefold().split())] for word in counts}
+    remarks = [f"the group '{word}' was taken for '{common}'" for word, common in usual.items() if word != common]
+    return {key: {**row, **({"group": usual[row["group"]]} if row.get("group") else {})}
+            for key, row in rows.items()}, remarks  # fmt: skip
+
+
+def _with_wedge(table: Columns) -> tuple[Columns, tuple[str, ...]]:
+    """Return a table whose column of the pressure behind the beds is called as a study calls it, and what to say."""
+    pairs = [_with_unit(*pair) for pair in zip(table.names, table.units, strict=True)]
+    column = next((i for i, pair in enumerate(pairs) if is_wedge(*pair)), None)
+    if column is None:
+        return table, ()
+    unit, (wedge, mmhg) = pairs[column][1], split_unit(WEDGE)
+    names, unit_names, cells = ([*row] for row in (table.names, table.units, table.cells))
+    names[column], unit_names[column] = wedge, mmhg
+    scale = units.factor(unit or mmhg, "pressure")
+    cells = [(*row[:column], _scaled(row[column], scale), *row[column + 1 :]) for row in table.cells]
+    title = f"'{(table.titles or table.names)[column].strip()}' was taken for {WEDGE}"
+    taken = () if pairs[column] == (wedge, mmhg) else (title if unit else f"{title}, as it names no unit",)
+    return replace(table, names=tuple(names), units=tuple(unit_names), cells=tuple(cells)), taken
+
+
+def _with_unit(name: str, unit: str) -> tuple[str, str]:
+    """Return a name and its unit, which may be its last word: ``pcwp mmhg``."""
+    head, _, last = name.rpartition(" ")
+    return (head, last) if head and not unit and units.is_of(last, "pressure") else (name, unit)
+
+
+def _scaled(text: str, scale: float) -> str:
+    """Return the text of a number times a factor; other text as it is, but for words that say that there is none."""
+    if text.strip().upper() in GAPS:
+        return ""
+    try:
+        return f"{scale * number(text):.6g}"
+    except ValueError:
+        return text
 
 
 def _titles(

@@ -67,12 +67,6 @@ PAPER_BOUNDS = look_kind(
     "3.0 where 2.5 is allowed; {remedy}",
     "expect parameters that end at a bound",
 )
-ONE_LAW = look_kind(
-    "check.one-law",
-    "{key}: needs two wall laws; with one there is nothing to compare",
-    "Name a second law.",
-    SetSetting("Two laws", "calibration.walls", "[linear, tangent]"),
-)
 FEW_STARTS = look_kind(
     "check.few-starts",
     "{key}: {starts} starts now and then miss the tangent wall's best optimum; {remedy}",
@@ -258,8 +252,6 @@ def _settings(study: Study, document: Document) -> list[StudyProblem]:
             note(NO_QUANTITY, "report", "quantities", name=name, hint=did_you_mean(name, known_names))
     if calibration.paper_bounds:
         note(PAPER_BOUNDS, "calibration", "paper_bounds")
-    if study.settings.model_selection and len(calibration.walls) < 2:
-        note(ONE_LAW, "model_selection")
     if calibration.starts < 10 and "tangent" in calibration.walls:
         note(FEW_STARTS, "calibration", "starts", starts=calibration.starts)
     for finding in blood_findings(study.settings.blood):

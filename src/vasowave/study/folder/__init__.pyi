@@ -13,6 +13,7 @@ from vasowave.study.folder.places import YAML as YAML
 from vasowave.study.folder.places import study_path as study_path
 from vasowave.study.folder.problems import UNREADABLE as UNREADABLE
 from vasowave.study.folder.problems import StudyProblem as StudyProblem
+from vasowave.study.folder.problems import by_kind as by_kind
 from vasowave.study.folder.problems import refuse as refuse
 from vasowave.study.folder.reading import home_of as home_of
 from vasowave.study.folder.reading import parse_document as parse_document

@@ -3,6 +3,7 @@
 import math
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
@@ -10,18 +11,19 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 from vasowave.base import units
-from vasowave.base.cures import UNKNOWN, NameGroups, SetCells, field_of
+from vasowave.base.cures import UNKNOWN, NameGroups, SetCells, SetSetting, field_of
 from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import NOWHERE, Finding, Place, error_kind, look_kind
 from vasowave.base.io.columns import Columns, NoRowsError, number, read_columns, split_unit
 from vasowave.base.sites import PULMONARY, SITES
+from vasowave.catheter.read.wedge import is_wedge
 from vasowave.pulse.inference.known_errors import SHARED_SOURCES, KnownErrors
 from vasowave.pulse.model.blood import relative_to_usual
 from vasowave.study.animal.result import TIDY_COLUMNS
-from vasowave.study.cohort.variables import ALONE, GAPS, MISSPELT, Variable
+from vasowave.study.cohort.variables import ALONE, GAPS, MISSPELT, Variable, likely_word
 from vasowave.study.folder.names import checked_name
 from vasowave.study.folder.problems import UNREADABLE, StudyProblem, unreadable
-from vasowave.study.folder.rows import COLUMNS, ERRORS, NUMBERS, REQUIRED_COLUMNS, AnimalRow
+from vasowave.study.folder.rows import COLUMNS, ERRORS, NUMBERS, REQUIRED_COLUMNS, WEDGE, AnimalRow
 
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
              "beat edits")  # fmt: skip
@@ -32,7 +34,7 @@ _SIGNED_COLUMNS = ("zero [mmHg]", "zero after [mmHg]", "flow zero [ml/s]", "flow
            "flow delay [s]", "volume delay [s]")  # fmt: skip
 _MIN_CELL_VALUES = {
     "start [s]": 0.0,
-    "wedge [mmHg]": 0.0,
+    WEDGE: 0.0,
     **dict.fromkeys(_SIGNED_COLUMNS, -math.inf),
     **dict.fromkeys(ERRORS, 0.0),
 }
@@ -113,8 +115,23 @@ ANIMAL_TWICE = error_kind(
 )
 SMALL_GROUP = look_kind(
     "animals.small-group",
-    "group '{group}' has {many} animal; a comparison needs two or more",
+    "group '{group}' has one animal; a comparison needs two or more",
     "Add animals to the group.",
+)
+
+_WITHOUT_GROUP = SetSetting("Groups {remaining}", "groups", "[{remaining}]")
+EMPTY_GROUP = look_kind(
+    "animals.empty-group",
+    "group '{group}' has no animal",
+    "Add animals to the group, or take it out of the groups.",
+    _WITHOUT_GROUP,
+)
+GROUP_SLIP = look_kind(
+    "animals.group-slip",
+    "'{group}' in {animal} alone, '{common}' in {count}: did you mean '{common}'?",
+    "If it is a slip, correct the cell and the groups of the study.",
+    SetCells("It is {common}", (("group", "{common}"),)),
+    _WITHOUT_GROUP,
 )
 
 
@@ -209,7 +226,9 @@ def columns_of(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str,
         plain, location = title.lower(), f"header, column '{title}'"
         if plain not in standard_titles:
             name = split_unit(title)[0]
-            if matches := get_close_matches(name.lower(), plainly, n=1, cutoff=_MIN_TITLE_SIMILARITY):
+            if is_wedge(*split_unit(title)):
+                problems.append(UNKNOWN_COLUMN(hint=f" (did you mean '{WEDGE}'?)").at(str(path), part=location))
+            elif matches := get_close_matches(name.lower(), plainly, n=1, cutoff=_MIN_TITLE_SIMILARITY):
                 hint = f" (did you mean '{plainly[matches[0]]}'?)"
                 problems.append(UNKNOWN_COLUMN(hint=hint).at(str(path), part=location))
             elif name.lower() in (*TIDY_COLUMNS, "source") or not name:
@@ -410,9 +429,20 @@ def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[StudyProblem]:
 
 
 def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -> list[StudyProblem]:
+    sizes = Counter(row.group for row in rows)
     problems = []
     for label in groups:
-        size = sum(row.group == label for row in rows)
-        if size < 2:
-            problems.append(StudyProblem(SMALL_GROUP(group=label, many=("no", "one")[size]).at(str(path))))
+        remaining = ", ".join(group for group in groups if group != label)
+        rows_of_group = [row for row in rows if row.group == label]
+        if not rows_of_group:
+            problems.append(StudyProblem(EMPTY_GROUP(group=label, remaining=remaining).at(str(path))))
+        elif len(rows_of_group) == 1:
+            (row,) = rows_of_group
+            common = likely_word(label, [group for group in groups if sizes[group] > 1])
+            finding = SMALL_GROUP(group=label)
+            if common:
+                finding = GROUP_SLIP(
+                    group=label, animal=row.animal, common=common, count=sizes[common], remaining=remaining
+                ).at(line=row.line, part="column 'group'")
+            problems.append(StudyProblem(finding.at(str(path)), also=(row.animal,) if common else ()))
     return problems

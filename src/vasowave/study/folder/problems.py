@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from vasowave.base.errors import InputError, VasowaveError
-from vasowave.base.findings import ITSELF, NOWHERE, Finding, Place, Severity, error_kind, sentence
+from vasowave.base.findings import ITSELF, NOWHERE, OTHER, Finding, Place, Severity, error_kind, sentence
 
 UNREADABLE = error_kind("study.unreadable", "{text}", ITSELF)
 """An error of what reads a file or a word: its text says what to do, and it brings its cures."""
@@ -67,6 +67,16 @@ def one_per_cause(problems: Iterable[StudyProblem]) -> list[StudyProblem]:
             cause = cause.inside(file)
         groups.setdefault(cause, []).append(problem)
     return [_joined(*group) for group in groups.values()]
+
+
+def by_kind(problems: Iterable[StudyProblem]) -> list[list[StudyProblem]]:
+    """Return the problems in groups, errors first: oddities of one kind and remedy that animals have are together."""
+    groups: dict[tuple[object, ...], list[StudyProblem]] = {}
+    for number, problem in enumerate(sorted(problems, key=lambda problem: not problem.error)):
+        finding = problem.finding
+        alone = problem.error or not problem.animals or finding.code == OTHER.code
+        groups.setdefault((number,) if alone else (finding.code, finding.remedy), []).append(problem)
+    return list(groups.values())
 
 
 def _joined(first: StudyProblem, *duplicates: StudyProblem) -> StudyProblem:

@@ -19,6 +19,8 @@ ERRORS = {title: name for name, (title, _) in columns().items()}
 FILES = ("network", "recording", "flow", "beat edits", "sites", "ventricle", "loops", "wedge wave")
 """Columns that hold names of files."""
 
+WEDGE = "wedge [mmHg]"
+
 COLUMNS = {
     "animal": "Name of the animal, each once.",
     "group": "One of the groups of study.yaml.",
@@ -28,7 +30,7 @@ COLUMNS = {
     "flow": "File of the flow, if the recording holds the pressure only; continuous ones are joined on their clocks.",
     "kind": "cycle (one averaged cycle) or raw (continuous, beats are found and averaged); empty: told from the file.",
     "period [s]": "Period of a cycle without times; beside times it tells whether the last sample is the next one's.",
-    "wedge [mmHg]": "Wedge pressure, or that of the left atrium: what lies behind the vascular beds; empty: 0.",
+    WEDGE: "Wedge pressure, or that of the left atrium: what lies behind the vascular beds; empty: 0.",
     "wedge wave": "Table of that pressure over one cycle in step with the recording; its mean is the wedge pressure "
     "where none is given.",
     "pressure unit": "Unit of the pressure, where its file names none or a wrong one.",

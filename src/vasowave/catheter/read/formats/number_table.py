@@ -183,20 +183,24 @@ def _is_clock(values: np.ndarray, rate: float) -> bool:
     return any(abs(step / expected - 1) < 1e-3 for expected in (1 / rate, 1e3 / rate, 1e6 / rate))
 
 
+_RATES = (20.0, 200_000.0)  # samples a second that recorders have
+
+
 def _rates(time: np.ndarray) -> list[SetCells]:
-    """Return the sampling rates that times without a unit have if they are seconds, and if they are milliseconds."""
+    """Return the sampling rates that times without a unit have if they are seconds, or ms: those of recorders."""
     step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    scales = {"s": 1.0, "ms": 1e3} if step > 0 else {}
+    rates = {"seconds": 1.0 / step, "ms": 1e3 / step} if step > 0 else {}
     return [
-        SetCells(f"Times are in {unit}", (("sampling rate [1/s]", f"{scale / step:.6g}"),))
-        for unit, scale in scales.items()
+        SetCells(f"Times are in {unit}", (("sampling rate [1/s]", f"{rate:.6g}"),))
+        for unit, rate in rates.items()
+        if _RATES[0] < rate < _RATES[1]
     ]
 
 
 def _offered(time: np.ndarray) -> str:
     """Return what the sampling rate is if times without a unit are seconds, or milliseconds."""
-    rates = [rate for cure in _rates(time) for _, rate in cure.cells]
-    return f". If its steps are seconds, these are {rates[0]}, if ms, {rates[1]}" if rates else ""
+    offers = [f"{cure.label.lower()}, these are {rate}" for cure in _rates(time) for _, rate in cure.cells]
+    return f". If its {', if its '.join(offers)}" if offers else ""
 
 
 def _is_epoch(time: np.ndarray) -> bool:

@@ -101,9 +101,8 @@ def _first(effects: Sequence[Effect], called: Called, averaged: str, brief: bool
     """Return what is higher and lower in one sentence, and what is not shown in another, counted where `brief`."""
     place, between = where(effects[0].contrast, averaged)
     effects_by_standing = by_standing(effects)
-    normal = "if logarithms are normal, " if any(effect.smallest_p >= CLEAR for effect in effects) else ""
     shown = effects_by_standing.pop(EffectVerdict.SHOWN, None)
-    clauses = [] if shown is None else [f"{normal}{comparatives(shown, called, sized=True)} {place}"]
+    clauses = [] if shown is None else [f"{comparatives(shown, called, sized=True)} {place}{_condition(effects)}"]
     if shown is None and {*effects_by_standing} != {EffectVerdict.UNTESTED}:
         clauses.append(f"no difference {between} is shown")
     for verdict, of_verdict in effects_by_standing.items():
@@ -113,6 +112,12 @@ def _first(effects: Sequence[Effect], called: Called, averaged: str, brief: bool
         named = f"{len(of_verdict)} quantities, see below" if counted else names(of_verdict, called)
         clauses.append(f"{verdict}{detail}: {named}")
     return " ".join(map(sentence, clauses))
+
+
+def _condition(effects: Sequence[Effect]) -> str:
+    """Return of how many animals and on which condition effects are shown, if these are too few for ranks."""
+    sizes = [f"{effect.n_reference} + {effect.n_group}" for effect in effects if effect.smallest_p >= CLEAR]
+    return f" ({listed([*dict.fromkeys(sizes)])} animals), if logarithms are normal" if sizes else ""
 
 
 def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, averaged: str) -> str:
@@ -151,9 +156,20 @@ def sureness(effects: Sequence[Effect]) -> list[str]:
         counted = f" that counts for {pairs} pairs of groups" if pairs > 1 else ""
         texts = listed([f"{number(smallest, 2)} with {a} + {b} animals" for a, b, smallest in limits])
         sentences.append(
-            f"A test by ranks{counted} cannot come below p = {texts}: p and intervals rest on logarithms being normal."
+            f"A test by ranks{counted} cannot come below p = {texts}: p and intervals rest on logarithms being normal. "
+            f"So few animals may by chance scatter {_hidden_scatter([a + b for a, b, _ in limits])} times less than "
+            "all such animals do; p and intervals allow for that, but not for animals chosen alike, as litter mates "
+            "or one animal recorded twice."
         )
     return [*sentences, *_few_degrees(effects)]
+
+
+def _hidden_scatter(animals: Sequence[int]) -> str:
+    """Return how many times the scatter of all animals may exceed that of the fewest in two groups (97.5 %)."""
+    from scipy.stats import chi2
+
+    freedom = max(1, min(animals) - 2)
+    return number(float(np.sqrt(freedom / chi2.ppf(0.025, freedom))), 2)
 
 
 def doubts_text(cohort: Cohort, primary: Primary) -> list[str]:
