@@ -247,10 +247,20 @@ def test_damaged_graphs_are_refused_in_words(tmp_path):
                 vw.read_network(path)
 
 
-def test_titles_of_other_languages_are_read(tmp_path):
-    path = written(tmp_path / "t.csv", "Gefäß;Elterngefäß;Länge (mm);Durchmesser (mm)",
+@pytest.mark.parametrize("parent", ["Elterngefäß", "Muttergefäß", "Mutterast", "Segment parent", "Vaisseau père"])
+def test_titles_of_other_languages_are_read(tmp_path, parent):
+    path = written(tmp_path / "t.csv", f"Gefäß;{parent};Länge (mm);Durchmesser (mm)",
                    lambda n, p, long, r, *_: f"{n};{p};{10 * long:.2f};{20 * r:.3f}".replace(".", ","))  # fmt: skip
     assert shape(read(path)[0]) == expected()
+
+
+@pytest.mark.parametrize(("scale", "offered"), [(1e4, ["um"]), (10, ["mm", "cm"])])
+def test_a_table_without_a_unit_offers_those_that_make_its_root_an_artery(tmp_path, scale, offered):
+    path = written(tmp_path / "t.csv", "name,parent,length,radius",
+                   lambda n, p, long, r, *_: f"{n},{p},{scale * long:.5f},{scale * r:.5f}")  # fmt: skip
+    with pytest.raises(InputError, match="does not say the unit") as caught:
+        vw.read_network(path)
+    assert [cure.text for cure in caught.value.cures][1:] == offered
 
 
 def test_a_table_may_have_a_caption_and_its_units_in_a_row(tmp_path):

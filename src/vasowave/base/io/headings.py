@@ -108,7 +108,8 @@ def split_title(title: str) -> tuple[str, str | None] | None:
     for prefix, mark, right in pairs:
         if mark and prefix.strip() and not units.is_unit(prefix.strip()) and units.is_unit(right.strip()):
             return prefix.strip(), right.strip()
-    underlined = re.sub(r"\.+", "_", name.strip(".")) if _DOTTED.fullmatch(name) else name
+    plain = re.sub(r"\.+", "_", name) if _DOTTED.fullmatch(name) else name
+    underlined = plain.strip("_") if " " not in name else name  # MATLAB writes 'PAP (mmHg)' as PAP_mmHg_
     quantities = ("pressure", "flow", "time") if underlined.lower().rpartition("_")[0] in ("t", "time") else _SIGNALS
     written, ending = ending_unit(underlined, quantities, "_")
     return (written, ending) if ending else (name, None)

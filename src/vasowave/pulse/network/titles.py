@@ -14,8 +14,7 @@ from vasowave.base.io.columns import Columns
 from vasowave.base.io.headings import ending_unit
 
 SYNONYMS: dict[str, str] = {
-    "parent": "parent mother father mutterast elternast elter eltern elterngefäss elternsegment vorgänger vater "
-    "parente padre",
+    "parent": "parent mother father mutter elter eltern vorgänger vater parente padre madre père mère genitore",
     "daughter": "daughter daughters child children",
     "length": "length len l länge laenge longueur longitud lunghezza",
     "radius": "radius rad r r0 rayon radio raggio",
