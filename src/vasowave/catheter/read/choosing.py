@@ -203,7 +203,9 @@ def _found(free: Sequence[T], name: str, site: str, structure: str) -> tuple[lis
         return hits, ""
     by_unit = [c for c in free if not quantity_of(c.title, site) and _has_unit(c, name) and c.title.strip()]
     by_unit = [c for c in by_unit if not _is_of_elsewhere(c.title, site)]
-    return (by_unit, "no other has such a unit") if len(by_unit) == 1 else ([], "")
+    if len(by_unit) > 1:
+        return ([], "") if name == "ecg" else (by_unit, "")
+    return by_unit, "no other has such a unit" if by_unit else ""
 
 
 def _speaks_of(title: str, site: str) -> bool:
