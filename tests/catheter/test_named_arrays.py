@@ -67,6 +67,15 @@ def test_waves_in_igors_text_are_read_with_their_scale_and_unit(tmp_path, end):
     is_read(tmp_path / "a.itx")
 
 
+@pytest.mark.parametrize("scale", ["/P x 0,0.003", "/I x 0,0.117", " x 0,0.12"])
+def test_the_scale_of_an_igor_wave_is_a_step_a_last_place_or_an_end(tmp_path, scale):
+    wave = np.sin(2 * np.pi * np.arange(40) / 40)
+    rows = [f"{15 + a!r} {0.2 + 0.1 * a!r}" for a in wave.tolist()]
+    end = [f'X SetScale{scale},"s", p, q; SetScale y 0,0,"mmHg", p; SetScale y 0,0,"ml/s", q', ""]
+    (tmp_path / "a.itx").write_text("\n".join(["IGOR", "WAVES/D p q", "BEGIN", *rows, "END", *end]))
+    assert describe_recording(tmp_path / "a.itx").used.sampling_rate == pytest.approx(1 / 0.003)
+
+
 @pytest.mark.parametrize(("name", "content"), [
     ("a.json", b'{"pressure": [1, 2'), ("a.json", b'{"a": "text"}'), ("a.npz", b"PK\x03\x04" + bytes(99)),
     ("a.itx", b"IGOR\nWAVES a b\nBEGIN\n1 2\n3\nEND\n"), ("a.itx", b"IGOR\nX SetScale/P x 0,0,\"s\", a\n"),

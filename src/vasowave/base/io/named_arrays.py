@@ -19,7 +19,7 @@ _NUMPY = ((".npz", b"PK\x03\x04"), (".npy", b"\x93NUMPY"))
 _WAVES = re.compile(r"^WAVES\S*\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I)
 _WAVE = re.compile(r"'([^']+)'|([^\s,;']+)")
 _SCALE = re.compile(
-    r"SetScale(?P<kind>/\w)?\s+(?P<axis>\w)\s+[^,]+,(?P<step>[^,]+),\s*\"(?P<unit>[^\"]*)\"\s*,(?P<names>[^;\n]+)",
+    r"SetScale(?P<kind>/\w)?\s+(?P<axis>\w)\s+(?P<first>[^,]+),(?P<last>[^,]+),\s*\"(?P<unit>[^\"]*)\"\s*,(?P<names>[^;\n]+)",
     re.IGNORECASE,
 )
 
@@ -100,11 +100,21 @@ def _of_igor(path: Path, text: str) -> dict[str, np.ndarray]:
             waves |= dict(zip(names, rows.T, strict=True))
         for match in _SCALE.finditer(text):
             for quoted, plain in _WAVE.findall(match["names"]):
-                waves[f"{quoted or plain}_unit"] = np.array(match["unit"])
-            if match["axis"].lower() == "x":
-                rates.add(1 / (float(match["step"]) * units.factor(match["unit"] or "s", "time")))
+                name = quoted or plain
+                if match["axis"].lower() != "x":
+                    waves[f"{name}_unit"] = np.array(match["unit"])
+                elif match["unit"]:  # else nobody set its scale
+                    rates.add(_rate_of(match, len(waves.get(name, ()))))
     except (ValueError, ZeroDivisionError) as error:
         raise InputError(f"{path}: truncated, damaged, or no text of Igor Pro ({error}); export it again") from None
     if len(rates) > 1:
         raise InputError(f"{path}: its waves have different rates; export those of one rate into a file")
     return {**waves, "fs": np.array(rates.pop())} if rates else waves
+
+
+def _rate_of(scale: re.Match[str], count: int) -> float:
+    """Return the samples a second of a wave of so many, by its first place and the step, last place or end."""
+    first, last = float(scale["first"]), float(scale["last"])
+    steps = {"/p": 1, "/i": count - 1}.get((scale["kind"] or "").lower(), count)
+    step = (last if steps == 1 else (last - first) / steps) * units.factor(scale["unit"], "time")
+    return round(1 / step, 9)
