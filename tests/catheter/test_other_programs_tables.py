@@ -32,6 +32,10 @@ def matlab_names_of_titles_in_brackets():
     return "Time_s_,PAP_mmHg_,PAFlow_mL_min_\n" + rows(lambda i, t, p, q: f"{t:.5g},{p:.9f},{60 * q:.9f}")
 
 
+def milliseconds_since_1970():
+    return "timestamp_ms,pap_mmhg,flow_mlmin\n" + rows(lambda i, t, p, q: f"{1773310522000 + i},{p:.5f},{60 * q:.5f}")
+
+
 def milliseconds_as_durations():
     return "Time;PAP_mmHg;Flow_mls\n" + rows(lambda i, t, p, q: f"{1e3 * t:.0f} ms;{p:.5f};{q:.6f}")
 
@@ -86,7 +90,7 @@ def units_that_are_spelled():
 
 
 FORMS = [r_data_frame, remarks_below_the_units, a_remark_in_the_first_row_in_french, units_that_are_spelled,
-         matlab_timetable, matlab_names_of_titles_in_brackets,
+         matlab_timetable, matlab_names_of_titles_in_brackets, milliseconds_since_1970,
          milliseconds_as_durations, time_beside_a_clock, rates_below_the_units,
          titles_behind_a_word_without_time, levels_of_titles_of_pandas, numbered_columns_with_their_units,
          a_remark_beside_a_clock_in_the_first_row]  # fmt: skip

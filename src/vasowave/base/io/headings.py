@@ -13,6 +13,7 @@ _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 _CLOCK_UNIT = re.compile(r"[hmsdyaHMSDYT:.,/ -]*[:.][hmsHMS:.,/ -]*|date|time|ddd+", re.IGNORECASE)
 _SIGNALS = ("pressure", "flow", "voltage", "velocity", "volume", "relative volume")
 _TITLE_KEYS, _UNIT_KEYS = ("signal", "signals", "channel", "channels"), ("vert_units", "units", "unit")
+_TIMES = ("t", "time", "timestamp", "elapsed_time")
 _DOTTED = re.compile(r"[^\W\d_][\w.]*\.[\w.]*")  # R writes a dot for each sign that names may not have
 _LISTED = re.compile(r'"columns?": ?\[([^\]]*)\]')  # OpenSignals writes JSON
 _TYPED = re.compile(r"(?<=[^\s:]):(?:float|double|int|long|string)(?:\[\])?$")  # as Neo4j writes its columns
@@ -110,7 +111,7 @@ def split_title(title: str) -> tuple[str, str | None] | None:
             return prefix.strip(), right.strip()
     plain = re.sub(r"\.+", "_", name) if _DOTTED.fullmatch(name) else name
     underlined = plain.strip("_") if " " not in name else name  # MATLAB writes 'PAP (mmHg)' as PAP_mmHg_
-    quantities = ("pressure", "flow", "time") if underlined.lower().rpartition("_")[0] in ("t", "time") else _SIGNALS
+    quantities = ("pressure", "flow", "time") if underlined.lower().rpartition("_")[0] in _TIMES else _SIGNALS
     written, ending = ending_unit(underlined, quantities, "_")
     return (written, ending) if ending else (name, None)
 
