@@ -349,9 +349,8 @@ def is_long(texts: Sequence[str]) -> bool:
     key, fewest = next((i for i, name in enumerate(names) if name in _KEYS), -1), 1
     if not _says_values(names):
         key, fewest = _whose(names), 2
-    if key < 0:
-        return False
-    keys = {cells[key] for row in rows if len(cells := row.split(separator_of(header))) == len(names)}
+    cells_of = (row.split(separator_of(header)) for row in rows) if key >= 0 else ()
+    keys = {cells[key] for cells in cells_of if len(cells) == len(names)}
     return fewest <= len(keys) <= len(rows) / _FEWEST_SAMPLES
 
 
@@ -361,10 +360,7 @@ def _says_values(names: Sequence[str]) -> bool:
 
 
 def _whose(names: Sequence[str]) -> int:
-    """Return the column that says whose the signals beside it are, at times of a column of their own; -1 without it.
-
-    One that is called ``id`` alone may count packets.
-    """
+    """Return the column of those whose signals and times stand beside it, -1 without one; ``id`` may count packets."""
     is_timed = any(name in _TIMES for name in names) and len(names) > 2
     return next((i for i, name in enumerate(names) if name in _SUBJECTS and name != "id"), -1) if is_timed else -1
 

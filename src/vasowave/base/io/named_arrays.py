@@ -15,7 +15,7 @@ from vasowave.base.io.remembered import remembered
 from vasowave.base.io.textfile import look, read_bytes
 from vasowave.base.stores import parsed
 
-_NUMPY = ((".npz", b"PK\x03\x04"), (".npy", b"\x93NUMPY"))
+_NUMPY = (b"PK\x03\x04", b"\x93NUMPY")
 _WAVES = re.compile(r"^WAVES\S*\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I)
 _WAVE = re.compile(r"'([^']+)'|([^\s,;']+)")
 _SCALE = re.compile(
@@ -26,8 +26,8 @@ _SCALE = re.compile(
 
 def holds_names(path: Path, start: bytes) -> bool:
     """Whether a file is one of NumPy, JSON or Igor's text, by its first bytes."""
-    numpy_s = any(path.suffix.lower() == suffix and start.startswith(mark) for suffix, mark in _NUMPY)
-    return numpy_s or start.startswith(b"IGOR") or start.lstrip()[:1] in (b"{", b"[")
+    is_numpy = path.suffix.lower() in (".npz", ".npy") and start.startswith(_NUMPY)
+    return is_numpy or start.startswith(b"IGOR") or start.lstrip()[:1] in (b"{", b"[")
 
 
 @remembered
@@ -44,7 +44,7 @@ def read_named(path: Path) -> dict[str, np.ndarray]:
         return read_mat(path)
     if start.startswith(b"IGOR"):
         return _of_igor(path, "\n".join(read_bytes(path).decode("utf-8", "replace").splitlines()))
-    if start.startswith(tuple(mark for _, mark in _NUMPY)):
+    if start.startswith(_NUMPY):
         names, arrays = read_apart(arrays_of_numpy, path, "a NumPy file", "save it again with numpy.savez")
         return dict(zip(names, arrays, strict=True))
     try:
@@ -56,12 +56,10 @@ def read_named(path: Path) -> dict[str, np.ndarray]:
 def arrays_of_numpy(path: Path) -> ReaderAnswer:
     """Return the arrays of an archive, or the fields of a structured array; any exception of NumPy."""
     content = np.load(path, allow_pickle=False)
-    names = content.dtype.names if isinstance(content, np.ndarray) else content.files
-    if not names:
+    if not (names := content.dtype.names if isinstance(content, np.ndarray) else content.files):
         raise InputError(f"{path}: an array without names of its columns; save each by its name: "
                          "np.savez(FILE, time=…, pressure=…, flow=…)")  # fmt: skip
-    arrays = {name: content[name] for name in names}
-    arrays = {name: array for name, array in arrays.items() if array.dtype.kind in "biufU"}
+    arrays = {name: array for name in names if (array := content[name]).dtype.kind in "biufU"}
     return ReaderAnswer(list(arrays), list(arrays.values()))
 
 

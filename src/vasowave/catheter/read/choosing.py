@@ -203,9 +203,8 @@ def _found(free: Sequence[T], name: str, site: str, structure: str) -> tuple[lis
         return hits, ""
     by_unit = [c for c in free if not quantity_of(c.title, site) and _has_unit(c, name) and c.title.strip()]
     by_unit = [c for c in by_unit if not _is_of_elsewhere(c.title, site)]
-    if len(by_unit) > 1:
-        return ([], "") if name == "ecg" else (by_unit, "")
-    return by_unit, "no other has such a unit" if by_unit else ""
+    reason = "no other has such a unit" if len(by_unit) == 1 else ""
+    return (by_unit if reason or name != "ecg" else []), reason
 
 
 def _speaks_of(title: str, site: str) -> bool:

@@ -71,10 +71,7 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
 
 
 def _with_columns(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return variables with those that the columns of a matrix are, where as many labels, perhaps units, stand beside.
-
-    Rows of a matrix that lies across are columns, too. A label of two columns names none.
-    """
+    """Return variables, and the columns or rows of matrices beside which as many labels stand, perhaps with units."""
     spread = dict(variables)
     for name, matrix in variables.items():
         stem = name[: name.rfind(".") + 1]
