@@ -253,6 +253,12 @@ def test_animals_below_each_other_are_told_apart_by_the_column_that_numbers_them
     is_read(read_raw_recording(tmp_path / "a.csv", pressure="mouse 1 pressure"))
 
 
+def test_the_name_of_the_animal_in_every_row_is_no_signal(tmp_path):
+    text = "".join(f"{t:.3f},KO9,{p:.4f},{q:.4f}\n" for t, p, q in ROWS)
+    (tmp_path / "a.csv").write_text("time [s],mouse,pressure [Pa],flow [ul/min]\n" + text)
+    is_read(read_raw_recording(tmp_path / "a.csv"))
+
+
 def test_an_id_that_counts_packets_is_no_animal(tmp_path):
     text = "".join(f"{t:.3f},{i // 10},{p:.4f},{q:.4f}\n" for i, (t, p, q) in enumerate(ROWS))
     (tmp_path / "a.csv").write_text("time [s],id,pressure [Pa],flow [ul/min]\n" + text)

@@ -343,15 +343,13 @@ def turned(texts: Sequence[str]) -> list[str] | None:
 
 def is_long(texts: Sequence[str]) -> bool:
     """Whether a table has a row a sample of one signal, with the signal in one column and the value in another, or a
-    row a sample of all signals of one of several animals, which a column names."""
+    row a sample of all signals of an animal, which a column names."""
     header, *rows = filter(is_row, texts[: 1 << 16]) if any(map(is_row, texts)) else [""]
     names = _long_names(header)
-    key, fewest = next((i for i, name in enumerate(names) if name in _KEYS), -1), 1
-    if not _says_values(names):
-        key, fewest = _whose(names), 2
+    key = next(i for i, name in enumerate(names) if name in _KEYS) if _says_values(names) else _whose(names)
     cells_of = (row.split(separator_of(header)) for row in rows) if key >= 0 else ()
     keys = {cells[key] for cells in cells_of if len(cells) == len(names)}
-    return fewest <= len(keys) <= len(rows) / _FEWEST_SAMPLES
+    return 0 < len(keys) <= len(rows) / _FEWEST_SAMPLES
 
 
 def _says_values(names: Sequence[str]) -> bool:
