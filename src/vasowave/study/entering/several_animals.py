@@ -44,8 +44,8 @@ def _titles(channels: Sequence[ChannelDescription], quantity: str, site: str) ->
 
 
 def _says_animal(label: str) -> bool:
-    """Whether a label is a word for an animal, and a number."""
-    return bool(set(words(label)) & set(ANIMAL_WORDS)) and any(map(str.isdigit, words(label)))
+    """Whether a word for an animal stands in a label."""
+    return bool(set(words(label)) & set(ANIMAL_WORDS))
 
 
 def _labels(titles: Sequence[str]) -> list[str]:
