@@ -263,6 +263,14 @@ def test_a_table_without_a_unit_offers_those_that_make_its_root_an_artery(tmp_pa
     assert [cure.text for cure in caught.value.cures][1:] == offered
 
 
+def test_a_skeleton_without_radii_says_what_its_intensity_is(tmp_path):
+    row = ",".join(["{}"] * 4 + ["255"])
+    path = written(tmp_path / "t.csv", "node 1,node 2,Branch length,Skeleton ID,average intensity (inner 3rd)",
+                   lambda n, p, long, r, a, b: row.format(a, b, 10 * long, 1))  # fmt: skip
+    with pytest.raises(InputError, match="'average intensity .inner 3rd.' is the mean of the image"):
+        vw.read_network(path, "mm")
+
+
 def test_a_table_may_have_a_caption_and_its_units_in_a_row(tmp_path):
     path = written(tmp_path / "t.csv", "Gefäß;Elterngefäß;Länge;Durchmesser",
                    lambda n, p, long, r, *_: f"{n};{p};{10 * long:.2f};{20 * r:.3f}")  # fmt: skip

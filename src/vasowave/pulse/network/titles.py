@@ -56,10 +56,11 @@ _NAMES = ("vessel", "gefäss", "gefaess", "ast", "vaisseau", "vaso", "segment", 
 _JOINED = "|".join(sorted((word for word in [*_CONCEPTS, "upstream"] if len(word) > 1), key=len, reverse=True))
 _BRANCH_DISTANCE = ("branch distance", "branchdistance")  # skan's length along a branch
 _VOXELS = ("px", "pixel", "pixels", "voxel", "voxels", "vox")
-_NO_RADIUS = {
-    "mean pixel value": "the mean of the image that skan was given; it is a radius if that was a map of distances, in "
-    "the unit of its numbers"
-}
+_NO_RADIUS = dict.fromkeys(
+    ("mean pixel value", "average intensity"),  # of skan and AnalyzeSkeleton
+    "the mean of the image along the skeleton; it is a radius if that was a map of distances, in the unit of its "
+    "numbers",
+)
 
 _FARTHEST = 1e100  # in whatever unit: no place is farther
 _SAME_PLACE = 1e-5
