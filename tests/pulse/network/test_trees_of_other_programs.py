@@ -267,7 +267,7 @@ def test_a_skeleton_without_radii_says_what_its_intensity_is(tmp_path):
     row = ",".join(["{}"] * 4 + ["255"])
     path = written(tmp_path / "t.csv", "node 1,node 2,Branch length,Skeleton ID,average intensity (inner 3rd)",
                    lambda n, p, long, r, a, b: row.format(a, b, 10 * long, 1))  # fmt: skip
-    with pytest.raises(InputError, match="'average intensity .inner 3rd.' is the mean of the image"):
+    with pytest.raises(InputError, match=r"'average intensity \(inner 3rd\)' is the mean of the image"):
         vw.read_network(path, "mm")
 
 
