@@ -28,6 +28,14 @@ def matlab_timetable():
     return "Time,PAP_mmHg,PAflow_mlmin\n" + rows(lambda i, t, p, q: f"{t:.5g} sec,{p:.9f},{60 * q:.9f}")
 
 
+def matlab_names_of_titles_in_brackets():
+    return "Time_s_,PAP_mmHg_,PAFlow_mL_min_\n" + rows(lambda i, t, p, q: f"{t:.5g},{p:.9f},{60 * q:.9f}")
+
+
+def milliseconds_since_1970():
+    return "timestamp_ms,pap_mmhg,flow_mlmin\n" + rows(lambda i, t, p, q: f"{1773310522000 + i},{p:.5f},{60 * q:.5f}")
+
+
 def milliseconds_as_durations():
     return "Time;PAP_mmHg;Flow_mls\n" + rows(lambda i, t, p, q: f"{1e3 * t:.0f} ms;{p:.5f};{q:.6f}")
 
@@ -82,7 +90,8 @@ def units_that_are_spelled():
 
 
 FORMS = [r_data_frame, remarks_below_the_units, a_remark_in_the_first_row_in_french, units_that_are_spelled,
-         matlab_timetable, milliseconds_as_durations, time_beside_a_clock, rates_below_the_units,
+         matlab_timetable, matlab_names_of_titles_in_brackets, milliseconds_since_1970,
+         milliseconds_as_durations, time_beside_a_clock, rates_below_the_units,
          titles_behind_a_word_without_time, levels_of_titles_of_pandas, numbered_columns_with_their_units,
          a_remark_beside_a_clock_in_the_first_row]  # fmt: skip
 
@@ -161,6 +170,13 @@ def test_a_structure_whose_fields_are_letters_or_joined_words_is_read(tmp_path, 
     assert recording.flow == pytest.approx(FLOW)
 
 
+def test_a_table_of_means_is_refused_for_its_rate_before_anything_is_asked(tmp_path):
+    head = "Elapsed (s),Sys PAP (mmHg),Dia PAP (mmHg),Mean PAP (mmHg),Mean flow (ml/min)\n"
+    (tmp_path / "a.csv").write_text(head + "".join(f"{10 * i},24.1,9.2,15.{i % 10},12.{i % 7}\n" for i in range(60)))
+    with pytest.raises(InputError, match=r"0\.1 samples/s.*not their means"):
+        read_raw_recording(tmp_path / "a.csv")
+
+
 def record(folder, checksums):
     numbers = np.column_stack([np.rint(values * 100) for values in (PRESSURE, FLOW * 10)]).astype("<i2")
     (folder / "mouse 4 base.dat").write_bytes(numbers.tobytes())
@@ -175,6 +191,13 @@ def test_a_wfdb_record_with_blanks_in_its_name_is_read_and_its_checksums_agree(t
     path = record(tmp_path, None)
     assert read_raw_recording(path).pressure == pytest.approx(PRESSURE, abs=0.006)
     assert not describe_recording(path).suspicions
+
+
+def test_a_wfdb_header_that_lost_its_rate_is_refused(tmp_path):
+    path = record(tmp_path, None)
+    path.write_text(path.read_text().replace(f" {RATE} {COUNT}", f" {COUNT} 10:00:00 01/02/2020"))
+    with pytest.raises(InputError, match="no sound header"):
+        read_raw_recording(path)
 
 
 def test_a_wfdb_record_whose_numbers_were_changed_is_told_by_its_checksum(tmp_path):

@@ -260,3 +260,44 @@ def test_of_two_times_beside_each_other_none_is_guessed_and_faults_are_named_by_
     (tmp_path / "b.csv").write_text("\n".join([f"time [ms],{head}", *rows, ""]))
     with pytest.raises(InputError, match="line 3, column 'flow'"):
         read_recording(tmp_path / "b.csv", subject_row="R05")
+
+
+@pytest.mark.parametrize("in_blocks", [True, False])
+def test_animals_below_each_other_are_told_apart_by_the_column_that_numbers_them(tmp_path, in_blocks):
+    rows = [(t, number, p / number, q / number) for number in (1, 2) for t, p, q in ROWS]
+    rows = rows if in_blocks else sorted(rows)
+    text = "".join(f"{t:.3f},{number},male,{p:.4f},{q:.4f}\n" for t, number, p, q in rows)
+    (tmp_path / "a.csv").write_text("time [s],mouse,sex,pressure [Pa],flow [ul/min]\n" + text)
+    with pytest.raises(InputError, match="'mouse 2 pressure'"):
+        read_raw_recording(tmp_path / "a.csv")
+    is_read(read_raw_recording(tmp_path / "a.csv", pressure="mouse 1 pressure"))
+
+
+def test_the_name_of_the_animal_in_every_row_is_no_signal(tmp_path):
+    text = "".join(f"{t:.3f},KO9,{p:.4f},{q:.4f}\n" for t, p, q in ROWS)
+    (tmp_path / "a.csv").write_text("time [s],mouse,pressure [Pa],flow [ul/min]\n" + text)
+    is_read(read_raw_recording(tmp_path / "a.csv"))
+
+
+def test_an_id_that_counts_packets_is_no_animal(tmp_path):
+    text = "".join(f"{t:.3f},{i // 10},{p:.4f},{q:.4f}\n" for i, (t, p, q) in enumerate(ROWS))
+    (tmp_path / "a.csv").write_text("time [s],id,pressure [Pa],flow [ul/min]\n" + text)
+    is_read(read_raw_recording(tmp_path / "a.csv"))
+
+
+MATRIX = np.column_stack([TIME, PRESSURE, FLOW])
+LABELS, UNITS = ["Time", "PA pressure", "Q PA"], ["s", "Pa", "ul/min"]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("inside", [False, True])
+def test_the_columns_of_a_matrix_are_called_as_the_labels_beside_it(tmp_path, turned, inside):
+    content = {"signals": MATRIX.T if turned else MATRIX, "names": np.array(LABELS, object), "units": np.array(UNITS)}
+    savemat(tmp_path / "a.mat", {"rec": content} if inside else content)
+    is_read(read_raw_recording(tmp_path / "a.mat"))
+
+
+def test_labels_of_which_two_kinds_fit_name_no_columns(tmp_path):
+    savemat(tmp_path / "a.mat", {"signals": MATRIX, "names": np.array(LABELS), "more": np.array(["a", "b", "c"])})
+    with pytest.raises(InputError, match="no vectors"):
+        read_raw_recording(tmp_path / "a.mat")

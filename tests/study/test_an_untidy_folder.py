@@ -63,6 +63,23 @@ def test_two_animals_that_one_file_holds_are_two_rows_each_with_its_channels_and
     assert len(rows(tmp_path)) == 2
 
 
+@pytest.mark.parametrize("letters", [("PAP", "Flow"), ("P", "Q")])
+def test_animals_that_every_title_names_are_rows_whatever_their_file_is_called(tmp_path, signals, letters):
+    lab = folder_of(tmp_path, signals, ("Rat 5", "Rat 6"), "monday.csv")
+    text = (lab / "monday.csv").read_text("utf-8")
+    (lab / "monday.csv").write_text(text.replace("PAP", letters[0]).replace("Flow", letters[1]), "utf-8")
+    add_files(tmp_path / "study", [lab])
+    cells = [(row["animal"], row["pressure channel"], row["flow channel"]) for row in rows(tmp_path)]
+    assert cells == [(f"rat {i}", f"{letters[0]} Rat {i}", f"{letters[1]} Rat {i}") for i in (5, 6)]
+
+
+@pytest.mark.parametrize("labels", [("1", "2"), ("run 1", "run 2"), ("C1", "C2")])
+def test_numbers_without_a_word_for_an_animal_are_no_animals(tmp_path, signals, labels):
+    lab = folder_of(tmp_path, signals, labels, "monday.csv")
+    add_files(tmp_path / "study", [lab])
+    assert len(rows(tmp_path)) == 1
+
+
 def test_an_ecg_that_two_animals_of_a_file_share_is_of_both(tmp_path, signals):
     lab = folder_of(tmp_path, signals)
     rows_of_file = (lab / "R05_R06.csv").read_text("utf-8").splitlines()

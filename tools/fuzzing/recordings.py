@@ -1,5 +1,6 @@
 """Recordings: continuous ones and single cycles, as text and as binary files."""
 
+import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -116,6 +117,31 @@ def wfdb(folder: Path) -> None:
     (folder / "r.dat").write_bytes(numbers.astype("<i2").tobytes())
     lines = "r.dat 16 100(0)/mmHg 16 0 0 0 0 PAP\nr.dat 16 100/ml/s 16 0 0 0 0 Flow\n"
     (folder / "r.hea").write_text(f"r 2 1000 {COUNT} 10:00:00 01/02/2020\n{lines}# mouse 4\n")
+
+
+def json_columns(path: Path) -> None:
+    columns = {"time [s]": TIME, "PAP [mmHg]": SIGNALS["pressure"], "PA flow [ml/s]": SIGNALS["flow"]}
+    path.write_text(json.dumps({title: column.round(6).tolist() for title, column in columns.items()}, indent=0))
+
+
+def json_channels(path: Path) -> None:
+    channels = [{"name": name, "unit": unit, "fs": RATE, "data": SIGNALS[name].round(6).tolist()}
+                for name, unit in (("pressure", "mmHg"), ("flow", "ml/s"))]  # fmt: skip
+    path.write_text(json.dumps({"channels": channels}))
+
+
+def igor_text(path: Path) -> None:
+    """Write waves, which have no times: a row less is a shorter recording."""
+    scales = "".join(f'X SetScale/P x 0,0.001,"s", {name}; SetScale y 0,0,"{unit}", {name}\n'
+                     for name, unit in (("PAP", "mmHg"), ("Flow", "ml/s")))  # fmt: skip
+    body = rows("\t", ".", SIGNALS["pressure"], SIGNALS["flow"])
+    path.write_text(f"IGOR\nWAVES/D\tPAP, Flow\nBEGIN\n{body}END\n{scales}")
+
+
+def labelled_matrix(path: Path) -> None:
+    matrix = np.column_stack([TIME, SIGNALS["pressure"], SIGNALS["flow"]])
+    titles, stated = np.array(["time", "pressure", "flow"]), np.array(["s", "mmHg", "ml/s"])
+    np.savez(path, data=matrix, labels=titles, units=stated)
 
 
 def acqknowledge_mat(path: Path) -> None:
@@ -269,6 +295,10 @@ FORMS = {
     "bdf": _form("raw.bdf", bdf, mutate_edf, read_raw_recording),
     "wfdb header": Form(wfdb, "r.hea", "r.hea", mutate_text, read_raw_recording, structure, values, said, True),
     "wfdb samples": Form(wfdb, "r.hea", "r.dat", mutate_binary, read_raw_recording, structure, values, said),
+    "json, columns": _form("raw.json", json_columns, mutate_text, read_raw_recording, True),
+    "json, channels": _form("raw.json", json_channels, mutate_text, read_raw_recording, True),
+    "igor text": _form("raw.itx", igor_text, mutate_text, read_raw_recording),
+    "numpy archive": _form("raw.npz", labelled_matrix, mutate_binary, read_raw_recording),
     "acqknowledge mat": _form("raw.mat", acqknowledge_mat, mutate_mat, read_raw_recording),
     "acq2mat": _form("raw.mat", acq2mat, mutate_mat, read_raw_recording),
     "mat structures": _form("raw.mat", mat_structures, mutate_mat, read_raw_recording),

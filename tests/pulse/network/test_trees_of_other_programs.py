@@ -247,10 +247,44 @@ def test_damaged_graphs_are_refused_in_words(tmp_path):
                 vw.read_network(path)
 
 
-def test_titles_of_other_languages_are_read(tmp_path):
-    path = written(tmp_path / "t.csv", "Gefäß;Elterngefäß;Länge (mm);Durchmesser (mm)",
+@pytest.mark.parametrize("parent", ["Elterngefäß", "Muttergefäß", "Mutterast", "Segment parent", "Vaisseau père"])
+def test_titles_of_other_languages_are_read(tmp_path, parent):
+    path = written(tmp_path / "t.csv", f"Gefäß;{parent};Länge (mm);Durchmesser (mm)",
                    lambda n, p, long, r, *_: f"{n};{p};{10 * long:.2f};{20 * r:.3f}".replace(".", ","))  # fmt: skip
     assert shape(read(path)[0]) == expected()
+
+
+@pytest.mark.parametrize(("scale", "offered"), [(1e4, ["um"]), (10, ["mm", "cm"])])
+def test_a_table_without_a_unit_offers_those_that_make_its_root_an_artery(tmp_path, scale, offered):
+    path = written(tmp_path / "t.csv", "name,parent,length,radius",
+                   lambda n, p, long, r, *_: f"{n},{p},{scale * long:.5f},{scale * r:.5f}")  # fmt: skip
+    with pytest.raises(InputError, match="does not say the unit") as caught:
+        vw.read_network(path)
+    assert [cure.text for cure in caught.value.cures][1:] == offered
+
+
+def test_a_graph_with_an_edge_within_another_is_refused(tmp_path):
+    edges = [f'<edge source="{a}" target="{b}">\n<data key="d0">4</data>\n<data key="d1">1</data>\n</edge>\n'
+             for a, b in NODES.values()]  # fmt: skip
+    keys = "".join(f'<key id="d{i}" for="edge" attr.name="{name}" attr.type="double"/>\n'
+                   for i, name in enumerate(("length_mm", "radius_mm")))  # fmt: skip
+    nodes = "".join(f'<node id="{i}"/>\n' for i in range(1, 7))
+    head = f'<graphml xmlns="http://graphml.graphdrawing.org/xmlns">{keys}<graph edgedefault="directed">\n{nodes}'
+    path = tmp_path / "t.graphml"
+    path.write_text(f"{head}{''.join(edges)}</graph></graphml>")
+    assert len(read(path)[0].name) == len(NODES)
+    nested = edges[0].replace("</edge>", edges[1] + "</edge>")
+    path.write_text(f"{head}{nested}{''.join(edges[2:])}</graph></graphml>")
+    with pytest.raises(InputError, match="an edge stands within another"):
+        vw.read_network(path)
+
+
+def test_a_skeleton_without_radii_says_what_its_intensity_is(tmp_path):
+    row = ",".join(["{}"] * 4 + ["255"])
+    path = written(tmp_path / "t.csv", "node 1,node 2,Branch length,Skeleton ID,average intensity (inner 3rd)",
+                   lambda n, p, long, r, a, b: row.format(a, b, 10 * long, 1))  # fmt: skip
+    with pytest.raises(InputError, match=r"'average intensity \(inner 3rd\)' is the mean of the image"):
+        vw.read_network(path, "mm")
 
 
 def test_a_table_may_have_a_caption_and_its_units_in_a_row(tmp_path):

@@ -13,6 +13,7 @@ _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 _CLOCK_UNIT = re.compile(r"[hmsdyaHMSDYT:.,/ -]*[:.][hmsHMS:.,/ -]*|date|time|ddd+", re.IGNORECASE)
 _SIGNALS = ("pressure", "flow", "voltage", "velocity", "volume", "relative volume")
 _TITLE_KEYS, _UNIT_KEYS = ("signal", "signals", "channel", "channels"), ("vert_units", "units", "unit")
+_TIMES = ("t", "time", "timestamp", "elapsed_time")
 _DOTTED = re.compile(r"[^\W\d_][\w.]*\.[\w.]*")  # R writes a dot for each sign that names may not have
 _LISTED = re.compile(r'"columns?": ?\[([^\]]*)\]')  # OpenSignals writes JSON
 _TYPED = re.compile(r"(?<=[^\s:]):(?:float|double|int|long|string)(?:\[\])?$")  # as Neo4j writes its columns
@@ -108,8 +109,9 @@ def split_title(title: str) -> tuple[str, str | None] | None:
     for prefix, mark, right in pairs:
         if mark and prefix.strip() and not units.is_unit(prefix.strip()) and units.is_unit(right.strip()):
             return prefix.strip(), right.strip()
-    underlined = re.sub(r"\.+", "_", name.strip(".")) if _DOTTED.fullmatch(name) else name
-    quantities = ("pressure", "flow", "time") if underlined.lower().rpartition("_")[0] in ("t", "time") else _SIGNALS
+    plain = re.sub(r"\.+", "_", name) if _DOTTED.fullmatch(name) else name
+    underlined = plain.strip("_") if " " not in name else name  # MATLAB writes 'PAP (mmHg)' as PAP_mmHg_
+    quantities = ("pressure", "flow", "time") if underlined.lower().rpartition("_")[0] in _TIMES else _SIGNALS
     written, ending = ending_unit(underlined, quantities, "_")
     return (written, ending) if ending else (name, None)
 

@@ -342,14 +342,25 @@ def turned(texts: Sequence[str]) -> list[str] | None:
 
 
 def is_long(texts: Sequence[str]) -> bool:
-    """Whether a table has a row a sample of one signal, with the signal in one column and the value in another."""
+    """Whether a table has a row a sample of one signal, with the signal in one column and the value in another, or a
+    row a sample of all signals of an animal, which a column names."""
     header, *rows = filter(is_row, texts[: 1 << 16]) if any(map(is_row, texts)) else [""]
     names = _long_names(header)
-    key = next((i for i, name in enumerate(names) if name in _KEYS), -1)
-    if key < 0 or not any(name in _VALUES for name in names):
-        return False
-    keys = {cells[key] for row in rows if len(cells := row.split(separator_of(header))) == len(names)}
+    key = next(i for i, name in enumerate(names) if name in _KEYS) if _says_values(names) else _whose(names)
+    cells_of = (row.split(separator_of(header)) for row in rows) if key >= 0 else ()
+    keys = {cells[key] for cells in cells_of if len(cells) == len(names)}
     return 0 < len(keys) <= len(rows) / _FEWEST_SAMPLES
+
+
+def _says_values(names: Sequence[str]) -> bool:
+    """Whether one of the titles is that of what is measured, and one that of its values."""
+    return any(name in _KEYS for name in names) and any(name in _VALUES for name in names)
+
+
+def _whose(names: Sequence[str]) -> int:
+    """Return the column of those whose signals and times stand beside it, -1 without one; ``id`` may count packets."""
+    is_timed = any(name in _TIMES for name in names) and len(names) > 2
+    return next((i for i, name in enumerate(names) if name in _SUBJECTS and name != "id"), -1) if is_timed else -1
 
 
 def _long_names(header: str) -> list[str]:
@@ -366,6 +377,9 @@ def spread(path: Path, numbered: Sequence[tuple[int, str]]) -> list[str]:
     for (line, _), row in zip(rows, cells, strict=True):
         if len(row) != len(names):
             raise InputError(f"{path}, line {line}: {len(row)} columns where {len(names)} were expected")
+    if not _says_values(names):
+        header, cells = _melted(csv_cells(header, separator), names, cells)
+        separator, names = "\t", _long_names(header)
     key, value, unit, clock = (next((i for i, name in enumerate(names) if name in words), -1)
                                for words in (_KEYS, _VALUES, _UNITS, _TIMES))  # fmt: skip
     labels = _labels(names, cells, (key, value, unit, clock))
@@ -383,9 +397,18 @@ def spread(path: Path, numbered: Sequence[tuple[int, str]]) -> list[str]:
     return ["\t".join(row) for row in zip_longest(*columns, fillvalue="")]
 
 
+def _melted(titles: Sequence[str], names: Sequence[str], cells: Sequence[Sequence[str]]) -> tuple[str, list[list[str]]]:
+    """Return header and cells of a table with the signals of several animals as those with a row a sample of one."""
+    clock = next(i for i, name in enumerate(names) if name in _TIMES)
+    labels = [i for i, name in enumerate(names) if i == _whose(names) or not any(is_value(row[i]) for row in cells)]
+    signals = [(i, bare(title)) for i, title in enumerate(titles) if i not in (clock, *labels)]
+    header = "\t".join([bare(titles[clock]), *(names[i] for i in labels), "signal", "value"])
+    return header, [[row[clock], *(row[i] for i in labels), title, row[i]] for row in cells for i, title in signals]
+
+
 def _labels(names: Sequence[str], cells: Sequence[Sequence[str]], taken: Sequence[int]) -> list[int]:
-    """Return the columns that say whose a sample is: by title, in words, or by numbers, each in many rows that follow
-    each other, where without them a signal has a time twice, or none."""
+    """Return the columns that say whose a sample is: by title, in words, or by numbers, each in many rows, where
+    without them a signal has a time twice; or none, and then these rows follow each other."""
     key, *_, clock = taken
     free = [i for i in range(len(names)) if i not in taken and len({row[i] for row in cells}) > 1]
     labels = [i for i in free if names[i] in _SUBJECTS or not any(is_value(row[i]) for row in cells)]
@@ -395,8 +418,8 @@ def _labels(names: Sequence[str], cells: Sequence[Sequence[str]], taken: Sequenc
 
     for i in free:
         is_joined = clock < 0 or count([key, *labels, clock]) < len(cells)
-        is_blocks = sum(1 for _ in groupby(row[i] for row in cells)) <= len(cells) / _FEWEST_SAMPLES
-        if is_joined and is_blocks and count([key, *labels, i]) > count([key, *labels]):
+        groups = sum(1 for _ in groupby(row[i] for row in cells)) if clock < 0 else count([key, *labels, i])
+        if is_joined and count([key, *labels]) < count([key, *labels, i]) and groups <= len(cells) / _FEWEST_SAMPLES:
             labels += [i] if all(row[i].isdigit() for row in cells) else []
     return labels
 

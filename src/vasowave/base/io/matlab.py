@@ -26,9 +26,9 @@ def is_mat(path: Path, start: bytes) -> bool:
 def read_mat(path: str | Path) -> dict[str, np.ndarray]:
     """Return the variables of a ``.mat`` file (version 4 to 7.3) by name.
 
-    Matrices of numbers, and of characters as one text a row; what else there is has its name and no value. The file is
-    read in another process: SciPy's and HDF5's compiled readers can end the whole process on a damaged file, and a
-    compressed variable of a few kilobytes can inflate to any size.
+    Matrices of numbers, and texts, one a row or cell; what else there is has its name and no value. The file is read in
+    another process: SciPy's and HDF5's compiled readers can end the whole process on a damaged file, and a compressed
+    variable of a few kilobytes can inflate to any size.
 
     Raises
     ------
@@ -90,6 +90,7 @@ def _answer(variables: Mapping[str, Any]) -> ReaderAnswer:
         arrays |= inside
         for field, structure in inside.items():  # of a structure in a structure
             arrays |= _fields(field, structure)
+    arrays = {name: _texts_of_cells(value) for name, value in arrays.items()}
     has_value = {name: value.dtype.kind in "biufcU" for name, value in arrays.items()}
     return ReaderAnswer(list(has_value.items()), [value for name, value in arrays.items() if has_value[name]])
 
@@ -104,6 +105,13 @@ def _fields(name: str, value: np.ndarray) -> dict[str, np.ndarray]:
         if structure.dtype.names and structure.size == 1
         for field in structure.dtype.names
     }
+
+
+def _texts_of_cells(value: np.ndarray) -> np.ndarray:
+    """Return a cell array of texts as an array of them; any other value as it is."""
+    cells = [np.asarray(cell) for cell in value.ravel()[:_MAX_CELLS]] if value.dtype.kind == "O" else []
+    is_text = all(cell.dtype.kind == "U" and cell.size <= 1 for cell in cells)
+    return np.array([str(cell.ravel()[0]) if cell.size else "" for cell in cells]) if cells and is_text else value
 
 
 def _texts(codes: np.ndarray) -> np.ndarray:

@@ -15,8 +15,8 @@ DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage", "velocit
 """What is looked for, and the kind of unit that it has."""
 
 _CHANNEL_WORDS = {
-    "pressure": ("pressure", "press", "pap", "mpap", "ppa", "p"),
-    "flow": ("flow", "flow rate", "flowrate", "q"),
+    "pressure": ("pressure", "press", "pap", "mpap", "ppa", "p pa", "p"),
+    "flow": ("flow", "flow rate", "flowrate", "qpa", "q pa", "q"),
     "ecg": ("ecg", "ekg"),
     "velocity": ("velocity", "vel", "v", "doppler", "u"),
 }
@@ -125,9 +125,9 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None], site: str = 
             problems[name] = f"no channel '{title}'{did_you_mean(title, [c.title for c in channels])}"
         elif name != "ecg":
             velocity = _velocity_instead(channels) if name == "flow" else ""
-            velocity = ", or give the file that holds it beside this one" if name == "volume" else velocity
+            velocity = ", name it, or give the file that holds it beside this one" if name == "volume" else velocity
             elsewhere = _of_elsewhere(channels, name, site)
-            problems[name] = f"no channel says that it holds {name}{elsewhere}, name it{velocity}"
+            problems[name] = f"no channel says that it holds {name}{elsewhere}{velocity or ', name it'}"
     return Choice(picked, guessed, tuple(problems.values()), tuple(problems))
 
 
@@ -162,7 +162,7 @@ def _offers(channels: Sequence[T], choice: Choice[T]) -> list[SetCells]:
     velocity = "flow" in choice.lacking and _velocity_instead(channels)
     diameter = [SetCells("Give the vessel's diameter, mm", (("flow diameter [mm]", UNKNOWN),))] if velocity else []
     names = SetCells("Name the channels", tuple((f"{column_of(name)} channel", UNKNOWN) for name in choice.lacking))
-    return [names, *diameter, *offers]
+    return [*diameter, names, *offers]
 
 
 def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
@@ -203,7 +203,8 @@ def _found(free: Sequence[T], name: str, site: str, structure: str) -> tuple[lis
         return hits, ""
     by_unit = [c for c in free if not quantity_of(c.title, site) and _has_unit(c, name) and c.title.strip()]
     by_unit = [c for c in by_unit if not _is_of_elsewhere(c.title, site)]
-    return (by_unit, "no other has such a unit") if len(by_unit) == 1 else ([], "")
+    reason = "no other has such a unit" if len(by_unit) == 1 else ""
+    return (by_unit if reason or name != "ecg" else []), reason
 
 
 def _speaks_of(title: str, site: str) -> bool:

@@ -22,7 +22,7 @@ from vasowave.catheter.read.velocity import flow_of_velocity
 from vasowave.catheter.signals.channels import Block, Channel, Comment
 from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.catheter.signals.interventions import comment_findings
-from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording
+from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording, check_rate
 from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE, UNIT_REPLACED
 
 _MAX_LENGTH_DIFFERENCE = 0.01  # two channels of a block last equally long within this share and two samples
@@ -136,6 +136,8 @@ def read_raw_recording(
         if suspicion.severity is Severity.LOOK:
             warn(suspicion.at(str(path)))
     notes += chosen.suspicions
+    if np.isfinite(fastest := max(channel.sampling_rate for channel in chosen.channels)):
+        check_rate(str(path), fastest)
     titles = wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter is not None)
     if gated is not None:
         titles = {name: title for name, title in titles.items() if name in ("pressure", "ecg")}

@@ -31,6 +31,15 @@ GAINS = note_kind("recording.gains", "the {what} was multiplied by the given gai
 STRETCH = note_kind("recording.stretch", "{start:g} to {end:g} s of the recording")
 
 
+def check_rate(source: str, rate: float) -> None:
+    """Raise `InputError` for samples too few a second to hold beats, as those of a table of means."""
+    if not (np.isfinite(rate) and rate >= MIN_RATE):
+        raise InputError(
+            f"{source}: {rate:g} samples/s; at least {MIN_RATE:g} are needed of the slowest heart (1000 or more are "
+            "usual); export the waves at their full rate, not their means"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class RawRecording:
     """Continuous pressure and flow, and the ECG if there is one, sampled together.
@@ -91,11 +100,7 @@ class RawRecording:
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""
         rate = float(self.sampling_rate)
-        if not (np.isfinite(rate) and rate >= MIN_RATE):
-            raise InputError(
-                f"{self.source}: {rate:g} samples/s; at least {MIN_RATE:g} are needed of the slowest heart (1000 or "
-                "more are usual); export at the full rate"
-            )
+        check_rate(self.source, rate)
         object.__setattr__(self, "sampling_rate", rate)
         for name in ("pressure", "flow", "ecg"):
             values = getattr(self, name)

@@ -25,6 +25,7 @@ ALIASES = {
     "tiempo": "time",
     "timestamp": "time",
     "elapsed time": "time",
+    "elapsed_time": "time",
     "x_value": "time",
     "p": "pressure",
     "pap": "pressure",

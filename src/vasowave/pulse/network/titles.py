@@ -14,8 +14,7 @@ from vasowave.base.io.columns import Columns
 from vasowave.base.io.headings import ending_unit
 
 SYNONYMS: dict[str, str] = {
-    "parent": "parent mother father mutterast elternast elter eltern elterngefäss elternsegment vorgänger vater "
-    "parente padre",
+    "parent": "parent mother father mutter elter eltern vorgänger vater parente padre madre père mère genitore",
     "daughter": "daughter daughters child children",
     "length": "length len l länge laenge longueur longitud lunghezza",
     "radius": "radius rad r r0 rayon radio raggio",
@@ -57,10 +56,11 @@ _NAMES = ("vessel", "gefäss", "gefaess", "ast", "vaisseau", "vaso", "segment", 
 _JOINED = "|".join(sorted((word for word in [*_CONCEPTS, "upstream"] if len(word) > 1), key=len, reverse=True))
 _BRANCH_DISTANCE = ("branch distance", "branchdistance")  # skan's length along a branch
 _VOXELS = ("px", "pixel", "pixels", "voxel", "voxels", "vox")
-_NO_RADIUS = {
-    "mean pixel value": "the mean of the image that skan was given; it is a radius if that was a map of distances, in "
-    "the unit of its numbers"
-}
+_NO_RADIUS = dict.fromkeys(
+    ("mean pixel value", "average intensity"),  # of skan and AnalyzeSkeleton
+    "the mean of the image along the skeleton; it is a radius if that was a map of distances, in the unit of its "
+    "numbers",
+)
 
 _FARTHEST = 1e100  # in whatever unit: no place is farther
 _SAME_PLACE = 1e-5

@@ -4,7 +4,8 @@ A file is known by what it holds. What a network cannot hold of it (walls, beds,
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -147,7 +148,7 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     if has_unit and unit is not None:
         raise InputError(f"{path}: says the unit of its lengths itself; leave out the unit '{unit}'")
     if not has_unit and unit is None:
-        raise InputError(unit_wanted(path, form), [UNIT])
+        raise unit_wanted(path, form)
     network, findings = form.read(path, scale_of(unit) if unit is not None else 1.0)
     for finding in (*findings, *implausible_sizes(network)):
         warn(finding.at(str(path)))
@@ -169,12 +170,22 @@ def number_in(path: Path, line: int, text: str) -> float:
         raise InputError(f"{path}, line {line}: '{text[:40]}' is not a number") from None
 
 
-def unit_wanted(path: Path, form: NetworkFormat) -> str:
-    """Say that a file does not name its unit, and how to give it."""
-    return (
+def unit_wanted(path: Path, form: NetworkFormat) -> InputError:
+    """Return the error that a file does not name its unit, with those of which its root would be an artery."""
+    return InputError(
         f"{path}: this {form.title} does not say the unit of its lengths; give it, as mm or as 0.0036 cm for the "
-        "edge of a voxel, and write it as a table of vessels"
+        "edge of a voxel, and write it as a table of vessels",
+        [UNIT, *(SetOption(f"The root's radius is {cm:.3g} cm", UNIT.name, unit) for unit, cm in _roots(path, form))],
     )
+
+
+def _roots(path: Path, form: NetworkFormat) -> Iterator[tuple[str, float]]:
+    """Go through the units that make the sizes of a file those of arteries, with the root's radius, cm."""
+    for unit in ("um", "mm", "cm"):
+        with suppress(InputError):
+            network = form.read(path, scale_of(unit))[0]
+            if not implausible_sizes(network):
+                yield unit, float(network.radius[network.root])
 
 
 def scale_of(unit: str) -> float:

@@ -81,9 +81,12 @@ def _read(path: Path) -> Any:
         text = read_bytes(path).decode("utf-8-sig")
         several = "" if re.search(r"\bmultigraph\s+1\b", text) else " multigraph 1"  # NetworkX asks for the word
         return networkx.parse_gml(re.sub(r"\bgraph\s*\[", lambda match: match[0] + several, text, count=1), label="id")
+    is_json = start.lstrip().startswith(b"{")
+    if not is_json and ElementTree.fromstring(read_bytes(path)).find(".//{*}edge//{*}edge") is not None:
+        raise ValueError("an edge stands within another")  # NetworkX passes over it
     if _GEXF in start:
         return networkx.read_gexf(path)
-    if not start.lstrip().startswith(b"{"):
+    if not is_json:
         return networkx.read_graphml(path)
     content = parsed(read_bytes(path))
     content["multigraph"] = True  # of two edges between the same nodes a plain graph would hold the last alone

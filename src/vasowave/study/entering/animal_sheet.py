@@ -17,8 +17,9 @@ from vasowave.study.folder.animals import columns_of
 from vasowave.study.folder.names import checked_name
 from vasowave.study.folder.rows import COLUMNS, FILES, REQUIRED_COLUMNS, WEDGE
 
-_ANIMAL_WORDS = ("animal", "subject", "mouse", "rat", "pig", "rabbit", "dog", "tier", "maus", "ratte", "souris")
-_ID_TITLES = ("animal id", "id", "animal no", "animal nr", "animal number", "name", *_ANIMAL_WORDS)
+ANIMAL_WORDS = ("animal", "subject", "mouse", "rat", "pig", "rabbit", "dog", "tier", "maus", "ratte", "souris")
+"""What titles call an animal."""
+_ID_TITLES = ("animal id", "id", "animal no", "animal nr", "animal number", "name", *ANIMAL_WORDS)
 _GROUP_TITLES = ("group", "treatment", "gruppe", "groupe", "grupo")
 _MAX_GROUPS = 10  # of a table of animals: a column of more words names no groups
 
@@ -78,7 +79,7 @@ def _begins_alike(phrase: Sequence[str], many: Sequence[str]) -> bool:
         if word.isdigit() and other_word.isdigit():
             return int(word) == int(other_word)
         short, long = sorted((word, other_word), key=len)
-        return word == other_word or (long in _ANIMAL_WORDS and not short.isdigit() and long.startswith(short))
+        return word == other_word or (long in ANIMAL_WORDS and not short.isdigit() and long.startswith(short))
 
     pieces = (many[i : i + len(phrase)] for i in range(len(many) - len(phrase) + 1))
     return any(map(str.isdigit, phrase)) and any(all(map(alike, phrase, piece)) for piece in pieces)

@@ -26,7 +26,7 @@ from vasowave.catheter.read.formats.workbook import SHEET_READ
 from vasowave.catheter.read.subject_rows import SUBJECT, subject_as_written, subjects_of
 from vasowave.catheter.signals.gaps import Span, longest_between
 from vasowave.catheter.signals.raw import MIN_DURATION_S
-from vasowave.pulse.network_formats import NETWORKS, UNIT, unit_wanted
+from vasowave.pulse.network_formats import NETWORKS, unit_wanted
 from vasowave.study.entering.animal_sheet import AnimalSheet, animal_sheet
 from vasowave.study.entering.several_animals import animals_side_by_side
 
@@ -195,7 +195,7 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
             network = NETWORKS.known(file)
             if network is not None:
                 if not network.says_unit(file):
-                    raise InputError(unit_wanted(file, network), [UNIT])
+                    raise unit_wanted(file, network)
                 networks.append(file)
                 continue
             _refuse_vessels(file)

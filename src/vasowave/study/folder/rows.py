@@ -41,7 +41,7 @@ COLUMNS = {
     "flow diameter [mm]": "Diameter of the vessel where a velocity (Doppler) was recorded in place of the flow: the "
     "flow is velocity times area, and `flow gain [1]` the share of the mean in a velocity that is a peak.",
     "sheet": "Of a workbook the sheet to read; by default the first that holds pressure and flow.",
-    "subject row": "Of a table with a row a subject, whose samples are numbered columns: a name in the row to read.",
+    "subject row": "Of a table of several subjects, a row or columns of each: which of them is read, by its name.",
     "site": f"Artery that was recorded, where it is not that of study.yaml: {', '.join((PULMONARY, *ARTERIES))}.",
     "block": "raw: block of a LabChart file, counted from 1; the longest by default.",
     "start [s]": "raw: start of the stretch to use, since the start of the block.",

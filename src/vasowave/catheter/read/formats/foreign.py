@@ -53,8 +53,7 @@ FOREIGN = (
     ),
     Foreign("Axon", (".abf",), "Clampfit", "open it, File > Save As…, 'Axon Text File (*.atf)' or text"),
     Foreign(
-        "Igor Pro", (".itx", ".ibw", ".pxp"), "Igor Pro",
-        "Data > Save Waves > Save Delimited Text…, with a wave of times and 'Write wave names'", (b"IGOR",),
+        "Igor Pro", (".ibw", ".pxp"), "Igor Pro", "Data > Save Waves > Save Igor Text… (*.itx)",
     ),
     Foreign(
         "LabVIEW TDMS", (".tdms",), "LabVIEW, DIAdem or Excel with NI's add-in",
@@ -64,14 +63,12 @@ FOREIGN = (
         "WinDaq", (".wdq", ".wdh"), "WinDaq Browser", "File > Save As…, 'Spreadsheet print (CSV)', with relative times",
     ),
     Foreign("HDF5", (".h5", ".hdf5", ".nwb"), "MATLAB or Python", _TABLE, (b"\x89HDF\r\n\x1a\n",)),
-    Foreign("NumPy", (".npz", ".npy"), "Python", _TABLE, (b"\x93NUMPY",)),
     Foreign("Parquet", (".parquet", ".feather"), "Python or R", _TABLE, (b"PAR1", b"ARROW1", b"FEA1")),
     Foreign(
         "pictures", (), "the program that drew it",
         "export the numbers as text; where the picture alone is left, a digitizer makes a table of one cycle of it",
         (b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*", b"%PDF-"),
     ),
-    Foreign("JSON", (".json",), "the program that wrote it, or Python", _TABLE, (b"{", b"[{")),
 )  # fmt: skip
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.base.errors import InputError
-from vasowave.base.io.matlab import is_mat, read_mat, text, vector
+from vasowave.base.io.matlab import is_mat, text, vector
+from vasowave.base.io.named_arrays import read_named
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
 from vasowave.catheter.read.formats.acqknowledge_mat import is_acqknowledge_mat
 from vasowave.catheter.signals.channels import Block, Channel
@@ -41,7 +42,12 @@ def _channels(levels: Mapping[str, Fields]) -> list[str]:
 
 def is_structured(path: Path, start: bytes) -> bool:
     """Whether a file is one of MATLAB with structures that hold samples and their unit."""
-    return is_mat(path, start) and not is_acqknowledge_mat(path, start) and bool(_channels(_levels(read_mat(path))))
+    return is_mat(path, start) and not is_acqknowledge_mat(path, start) and has_structures(read_named(path))
+
+
+def has_structures(variables: Fields) -> bool:
+    """Whether some of the variables of a file are structures that hold samples and their unit."""
+    return bool(_channels(_levels(variables)))
 
 
 def read_structures(path: Path, sampling_rate: float | None = None) -> list[Block]:
@@ -52,7 +58,7 @@ def read_structures(path: Path, sampling_rate: float | None = None) -> list[Bloc
     InputError
         Rates that contradict each other or the one that is given, uneven times, channels that begin apart.
     """
-    levels, channels, begins = _levels(read_mat(path)), [], []
+    levels, channels, begins = _levels(read_named(path)), [], []
     for stem in _channels(levels):
         fields = levels[stem]
         samples = next(fields[name] for name in _SAMPLES if name in fields and _is_vector(fields[name]))

@@ -9,10 +9,11 @@ import numpy as np
 from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.io.headings import split_title
-from vasowave.base.io.matlab import is_mat, read_mat, text, vector
+from vasowave.base.io.matlab import is_mat, text, vector
+from vasowave.base.io.named_arrays import read_named
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.catheter.read.formats.acqknowledge_mat import is_acqknowledge_mat
-from vasowave.catheter.read.formats.labchart_mat import is_labchart_mat
+from vasowave.catheter.read.formats.labchart_mat import is_labchart_mat, rows_of_text
 from vasowave.catheter.read.formats.matlab_structures import is_structured
 from vasowave.catheter.signals.channels import Block, Channel, rates_differ
 from vasowave.catheter.signals.gaps import with_gaps
@@ -32,7 +33,7 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
     InputError
         No vectors, none as long as the times, or uneven times.
     """
-    variables = read_mat(path)
+    variables = _with_columns(read_named(Path(path)))
     plain = {_plain(name): value for name, value in variables.items()}
     vectors = {
         name: vector(value, f"{path}: variable '{name}'")
@@ -63,10 +64,34 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
     )  # fmt: skip
     if not channels:
         raise InputError(
-            f"{path}: no vectors; save columns of a matrix as time, pressure and flow; it has: "
+            f"{path}: no vectors; save columns of a matrix as time, pressure and flow, or labels beside it; it has: "
             f"{', '.join(variables) or 'nothing'}"
         )
     return Block(channels, suspicions=rates_differ(told_rate, rate) if time is not None else ())
+
+
+def _with_columns(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return variables, and the columns or rows of matrices beside which as many labels stand, perhaps with units."""
+    spread = dict(variables)
+    for name, matrix in variables.items():
+        stem = name[: name.rfind(".") + 1]
+        neighbors = [value for key, value in variables.items() if key[: key.rfind(".") + 1] == stem]
+        for across in (matrix, matrix.T) if matrix.dtype.kind in "iuf" and matrix.ndim == 2 else ():
+            labels, units_of = _labels(neighbors, across.shape[1])
+            if labels and len(across) > len(labels):
+                spread |= {stem + label: column for label, column in zip(labels, across.T, strict=True)}
+                spread |= {f"{stem}{label}_unit": np.array(unit) for label, unit in zip(labels, units_of)}
+    return spread
+
+
+def _labels(neighbors: Iterable[np.ndarray], count: int) -> tuple[list[str], list[str]]:
+    """Return the only texts of so many columns that name them, and those that are their units."""
+    texts = [
+        [row.replace(".", " ").strip() for row in rows] for rows in map(rows_of_text, neighbors) if len(rows) == count
+    ]
+    named = [rows for rows in texts if all(rows) and len(set(rows)) == count and not all(map(units.is_unit, rows))]
+    united = [rows for rows in texts if all(units.is_unit(row) for row in rows if row) and any(rows)]
+    return (named[0] if len(named) == 1 and count > 1 else []), (united[0] if len(united) == 1 else [])
 
 
 def _shallowest(names: Iterable[str]) -> list[str]:
@@ -107,7 +132,7 @@ def _rate(path: str | Path, time: np.ndarray | None, unit: str, stated_rate: flo
 
 def read_cycle(path: Path, quantities: Wanted, site: str = "") -> list[Signal]:
     """Return the variables that hold the quantities wanted of one cycle."""
-    variables = _named(path, read_mat(path))
+    variables = _named(path, _with_columns(read_named(Path(path))))
     return [_from_mat(path, variables, quantity, unit) for quantity, unit in quantities.items()]
 
 

@@ -22,7 +22,7 @@ from vasowave.catheter.signals.channels import Block, Channel
 _WHOLE, _DECIMAL = r"-?\d{1,9}", r"(?:\d{1,17}\.?\d{0,20}|\.\d{1,20})(?:[eE][+-]?\d{1,2})?"
 _RECORD = re.compile(
     rf"[\w-]+(?P<several>/\d+)?\s+(?P<count>\d{{1,3}})"
-    rf"(?:\s+(?P<rate>{_DECIMAL})(?:/\S*)?(?:\s+(?P<frames>\d{{1,9}}))?(?:\s.*)?)?"
+    rf"(?:\s+(?P<rate>{_DECIMAL})(?:/\S*)?(?:\s+(?P<frames>\d{{1,9}})(?:\s.*)?)?)?"
 )
 _SIGNAL = re.compile(
     rf"(?P<file>[^\s/\\](?:[^/\\]{{0,99}}?[^\s/\\])?)\s+(?P<format>\d+)(?:x(?P<width>[1-9]\d{{0,3}}))?"

@@ -1,0 +1,87 @@
+"""Recordings in files of NumPy, JSON and Igor's text, by the numbers that went into them."""
+
+import json
+
+import numpy as np
+import pytest
+
+from vasowave.base import InputError
+from vasowave.catheter.read import describe_recording, read_raw_recording, read_recording
+
+TIME = np.arange(4000) / 1000.0
+PRESSURE = 15 + 5 * np.cos(2 * np.pi * 9 * TIME)
+FLOW = 12 + 9 * np.sin(2 * np.pi * 9 * TIME)  # ml/min
+TABLE = {"time (s)": TIME.tolist(), "PAP (mmHg)": PRESSURE.tolist(), "PA flow (ml/min)": FLOW.tolist()}
+ROWS = [list(row) for row in zip(*TABLE.values(), strict=True)]
+CHANNELS = [{"name": "PAP", "unit": "mmHg", "data": PRESSURE.tolist()},
+            {"name": "PA flow", "unit": "ml/min", "data": FLOW.tolist()}]  # fmt: skip
+FORMS = {
+    "columns": TABLE,
+    "rows by number": {title: {str(i): value for i, value in enumerate(values)} for title, values in TABLE.items()},
+    "objects": [dict(zip(TABLE, row, strict=True)) for row in ROWS],
+    "a matrix beside labels": {"columns": list(TABLE), "index": list(range(len(ROWS))), "data": ROWS},
+    "channels": {"fs": 1000, "channels": CHANNELS},
+    "in an object": {"recording": {"samplingRate": 1000, **{title: TABLE[title] for title in list(TABLE)[1:]}}},
+}
+
+
+def is_read(path):
+    recording = read_raw_recording(path)
+    np.testing.assert_allclose(recording.pressure, PRESSURE)
+    np.testing.assert_allclose(recording.flow, FLOW / 60)
+    assert recording.sampling_rate == pytest.approx(1000.0)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_json_in_the_forms_of_pandas_and_of_channels_is_read(tmp_path, form):
+    (tmp_path / "a.json").write_text(json.dumps(FORMS[form]))
+    is_read(tmp_path / "a.json")
+    assert describe_recording(tmp_path / "a.json").kind == "raw"
+
+
+def test_an_archive_of_numpy_is_read_by_the_names_of_its_arrays(tmp_path):
+    np.savez(tmp_path / "a.npz", time_s=TIME, PAP_mmHg=PRESSURE, flow_mlmin=FLOW)
+    is_read(tmp_path / "a.npz")
+    titles, stated = np.array(["PAP", "PA flow"]), np.array(["mmHg", "ml/min"])
+    np.savez_compressed(tmp_path / "b.npz", data=np.stack([PRESSURE, FLOW]), labels=titles, units=stated, fs=1000)
+    is_read(tmp_path / "b.npz")
+
+
+def test_fields_of_a_numpy_array_are_its_columns_and_without_them_names_are_asked_for(tmp_path):
+    fields = np.zeros(40, [("time", float), ("pressure", float), ("flow", float)])
+    wave = np.sin(2 * np.pi * np.arange(40) / 40)
+    fields["time"], fields["pressure"], fields["flow"] = TIME[:40] * 3, 15 + wave, 0.2 + 0.1 * wave
+    np.save(tmp_path / "a.npy", fields)
+    assert read_recording(tmp_path / "a.npy").mean_pressure == pytest.approx(15.0)
+    np.save(tmp_path / "b.npy", np.array(ROWS))
+    with pytest.raises(InputError, match="without names of its columns"):
+        read_raw_recording(tmp_path / "b.npy")
+
+
+@pytest.mark.parametrize("end", ["\r", "\n", "\r\n"])
+def test_waves_in_igors_text_are_read_with_their_scale_and_unit(tmp_path, end):
+    lines = ["IGOR", "WAVES/D\tPAP, 'PA flow'", "BEGIN", *(f"\t{p!r}\t{q!r}" for _, p, q in ROWS), "END"]
+    lines += ['X SetScale/P x 0,1,"ms", PAP; SetScale y 0,0,"mmHg", PAP']
+    lines += ["X SetScale/P x 0,1,\"ms\", 'PA flow'; SetScale y 0,0,\"ml/min\", 'PA flow'", ""]
+    (tmp_path / "a.itx").write_bytes(end.join(lines).encode())
+    is_read(tmp_path / "a.itx")
+
+
+@pytest.mark.parametrize("scale", ["/P x 0,0.003", "/I x 0,0.117", " x 0,0.12"])
+def test_the_scale_of_an_igor_wave_is_a_step_a_last_place_or_an_end(tmp_path, scale):
+    wave = np.sin(2 * np.pi * np.arange(40) / 40)
+    rows = [f"{15 + a!r} {0.2 + 0.1 * a!r}" for a in wave.tolist()]
+    end = [f'X SetScale{scale},"s", p, q; SetScale y 0,0,"mmHg", p; SetScale y 0,0,"ml/s", q', ""]
+    (tmp_path / "a.itx").write_text("\n".join(["IGOR", "WAVES/D p q", "BEGIN", *rows, "END", *end]))
+    assert describe_recording(tmp_path / "a.itx").used.sampling_rate == pytest.approx(1 / 0.003)
+
+
+@pytest.mark.parametrize(("name", "content"), [
+    ("a.json", b'{"pressure": [1, 2'), ("a.json", b'{"a": "text"}'), ("a.npz", b"PK\x03\x04" + bytes(99)),
+    ("a.itx", b"IGOR\nWAVES a b\nBEGIN\n1 2\n3\nEND\n"), ("a.itx", b"IGOR\nX SetScale/P x 0,0,\"s\", a\n"),
+    ("a.json", b'{"pressure": [[1], [2, 3]], "flow": [{"x": 1}, 2]}'),
+])  # fmt: skip
+def test_files_that_are_damaged_or_hold_no_signals_are_refused_by_name(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=name):
+        read_raw_recording(tmp_path / name)
