@@ -146,7 +146,7 @@ class Discrepancy:
         """Return the likelihood of residuals of which some coefficients, bool (coefficient,), are not known."""
         return replace(self, left_out=left_out)
 
-    def narrowed(self, residuals: np.ndarray, least: float) -> "Discrepancy":
+    def narrowed(self, residuals: np.ndarray, min_share: float) -> "Discrepancy":
         """Return the sum over only those spectra that matter for one of the residuals, (draw, coefficient).
 
         They have at least this share of the largest term of the sum.
@@ -154,7 +154,7 @@ class Discrepancy:
         complete = self if self.selected is None else replace(self, selected=None)
         log = complete._by_node(residuals)
         share = np.exp(log - log.max(axis=(0, 2), keepdims=True)).max(axis=1)
-        shapes, sizes = share.max(axis=1) > least, share.max(axis=0) > least
+        shapes, sizes = share.max(axis=1) > min_share, share.max(axis=0) > min_share
         turn, values, logdet = complete._diagonal
         return replace(complete, selected=(shapes, sizes))._diagonal_as(turn[shapes], values[shapes], logdet[shapes])
 

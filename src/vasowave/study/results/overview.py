@@ -17,8 +17,8 @@ The twelve animals of the demo, with 20 starts of two laws, take 15 s each; a li
 tangent one.
 """
 
-_POSTERIOR_SECONDS = 18.0
-"""CPU for one posterior of a wall law in such a network, s: 16 linear ones took 142 s on two cores."""
+_POSTERIOR_SECONDS = 6.0
+"""CPU for one posterior of a wall law in such a network, s: 3 to 4 of the linear law, 7 to 8 of others."""
 
 _TIMED_VESSELS = 21  # of the network for which the seconds were measured
 
