@@ -130,3 +130,15 @@ def test_a_fit_elsewhere_is_a_finding_with_distance_and_nats():
     assert likelier[0].code == FIT_LIKELIER.code
     assert dict(likelier[0].values)["nats"] == pytest.approx(10.0)
     assert "likelier than every draw, by 10.0 nats" in str(likelier[0])
+
+
+def test_a_quantity_that_held_parameters_fix_is_not_compared_with_the_fit():
+    """Its draws do not scatter, so that no distance can be told in their SD."""
+    speed = np.exp(np.random.default_rng(8).standard_normal(100))
+    optimum = FitOptimum(0.0, {"wave_speed": 1.0, "R_T": 76.0})
+    draws = {"wave_speed": speed, "R_T": np.full(100, 76.0)}
+    assert list(findings(0.0, 400.0, np.ones(1), optimum, 0.0, draws)) == []
+    (away,) = findings(
+        0.0, 400.0, np.ones(1), optimum._replace(quantities={"wave_speed": 50.0, "R_T": 76.0}), 0.0, draws
+    )
+    assert away.code == FIT_ELSEWHERE.code

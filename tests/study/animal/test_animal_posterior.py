@@ -6,6 +6,7 @@ import pytest
 from vasowave.base import from_json, texts
 from vasowave.pulse.examples import control_network, virtual_mouse
 from vasowave.pulse.inference import SOURCES
+from vasowave.pulse.network import Network
 from vasowave.study.animal import Animal, AnimalResult, Settings, analyze, from_bytes, to_bytes
 from vasowave.study.report import write_report
 from vasowave.study.results import Journal
@@ -36,3 +37,20 @@ def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_k
     np.testing.assert_array_equal(again.laws["linear"].posterior.table["median"], table["median"])
     page = write_report([result], tmp_path / "report", pdf=False).with_name("supplement.html").read_text("utf-8")
     assert "Linear wall: posterior" in page
+
+
+@pytest.mark.validation
+def test_reference_draws_the_posterior_of_the_first_wall_law_alone(tmp_path):
+    """One vessel with one unknown, for the sake of time."""
+    network, exact = Network(("1",), [-1], [0.4], [0.05]), {"radius_scale_sd": 0.0, "length_scale_sd": 0.0, "k_sd": 0.0}
+    mouse = Animal("mouse", "CTL", network, virtual_mouse(), synthetic=True)
+    settings = Settings(walls=("linear", "power"), starts=1, inference="reference", pressure_harmonics=8,
+                        fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0}, **exact)  # fmt: skip
+    result = analyze(mouse, settings)
+    assert {name: law.posterior is not None for name, law in result.laws.items()} == {"linear": True, "power": False}
+    assert result.failures == ()
+    assert result.evidence is None
+    page = write_report([result], tmp_path / "report", pdf=False).with_name("supplement.html").read_text("utf-8")
+    assert "Linear wall: posterior" in page
+    assert "Power wall: posterior" not in page
+    assert "An evidence is" not in page

@@ -16,6 +16,7 @@ _MAX_OPTIMUM_DISTANCE = 3.0  # posterior SD between the fit's optimum and the po
 _MAX_OPTIMUM_NATS = 4.0
 """Nats by which the fit's optimum may be likelier than the best draw, which is not quite the maximum."""
 _COMPARED_QUANTITIES = ("wave_speed", "R_T")  # what fits and posteriors both determine
+_MIN_COMPARED_SD = 1e-9  # SD of the logarithm of one that held parameters do not fix: rounding
 
 
 _DOUBT_TEXT = "Do not believe these numbers: {}. There may be a mode that neither holds. {{remedy}}"
@@ -95,8 +96,12 @@ def findings(
         yield SEVERAL_MODES(modes=len(shares), share=float(shares.max()))
     if optimum is not None:
         logs = {name: np.log(draws[name]) for name in _COMPARED_QUANTITIES}
-        distances = [abs(np.log(optimum.quantities[name]) - log.mean()) / log.std() for name, log in logs.items()]
-        distance, nats = float(max(distances)), optimum.log_likelihood - best
+        distances = [
+            float(abs(np.log(optimum.quantities[name]) - log.mean()) / log.std())
+            for name, log in logs.items()
+            if log.std() > _MIN_COMPARED_SD
+        ]
+        distance, nats = max(distances, default=0.0), optimum.log_likelihood - best
         if distance > _MAX_OPTIMUM_DISTANCE or nats > _MAX_OPTIMUM_NATS:
             away = FIT_LIKELIER if nats > 0 else FIT_ELSEWHERE
             yield away(distance=distance, nats=abs(nats))

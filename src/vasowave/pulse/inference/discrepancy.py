@@ -14,8 +14,6 @@ import numpy as np
 
 from vasowave.pulse.noise.spectrum import harmonics, spectral_shapes, spectral_sizes, with_points
 
-_MIN_TERM_SHARE = 0.01  # of the largest term of a sum that stands for the likelihood while draws are sought
-
 
 class Drawn(NamedTuple):
     """What may lie behind residuals.
@@ -148,12 +146,15 @@ class Discrepancy:
         """Return the likelihood of residuals of which some coefficients, bool (coefficient,), are not known."""
         return replace(self, left_out=left_out)
 
-    def narrowed(self, residuals: np.ndarray) -> "Discrepancy":
-        """Return the sum over only those spectra that matter for one of the residuals, (draw, coefficient)."""
+    def narrowed(self, residuals: np.ndarray, min_share: float) -> "Discrepancy":
+        """Return the sum over only those spectra that matter for one of the residuals, (draw, coefficient).
+
+        They have at least this share of the largest term of the sum.
+        """
         complete = self if self.selected is None else replace(self, selected=None)
         log = complete._by_node(residuals)
         share = np.exp(log - log.max(axis=(0, 2), keepdims=True)).max(axis=1)
-        shapes, sizes = share.max(axis=1) > _MIN_TERM_SHARE, share.max(axis=0) > _MIN_TERM_SHARE
+        shapes, sizes = share.max(axis=1) > min_share, share.max(axis=0) > min_share
         turn, values, logdet = complete._diagonal
         return replace(complete, selected=(shapes, sizes))._diagonal_as(turn[shapes], values[shapes], logdet[shapes])
 

@@ -30,6 +30,7 @@ _MIN_PRIOR_VARIANCE = 1e-24  # variance before of a quantity that held parameter
 _FURTHER_QUANTITIES = ("tau", "I_R", "mPAP", "CO", "PVR")
 """Quantities of a posterior beside those of the parameters alone."""
 _STEP_SD = 1e-3  # of the central differences, in SD of the prior
+_MIN_TERM_SHARE = 1e-3  # of the largest term of a sum that stands for the likelihood of blocks: 0.01 nats
 _BLOCK_HARMONICS = (0, 1, 2, 3, 5, 9, 17)
 """First harmonic of each block: the mean, the first two, then octaves."""
 
@@ -203,6 +204,7 @@ def left_out(noise: Discrepancy, residuals: np.ndarray, log_weight: np.ndarray) 
     harmonic = noise.harmonic
     simulated = np.isfinite(residuals).all(axis=1)
     residuals, log_weight = residuals[simulated], log_weight[simulated]
+    noise = noise.narrowed(residuals, _MIN_TERM_SHARE)
     full = noise.log_likelihood(residuals)
     rows = {}
     for first, end in zip(_BLOCK_HARMONICS, (*_BLOCK_HARMONICS[1:], np.inf), strict=True):

@@ -22,6 +22,7 @@ _LEARNED_POWER = 0.6
 DRAWN_POWER = 0.8  # power of the posterior that is drawn from in the end: weights stay small where the emulator errs
 _ROUND_WALKERS, _ROUND_STEPS = 200, 150
 """Walkers and their steps: enough to spread from one round to the next; what is drawn in the end moves anew."""
+_MIN_TERM_SHARE = 0.01  # of the largest term of a sum that stands for the likelihood while draws are sought
 _MAX_REACH_RATIO = 1.3  # the emulator is used up to this times the farthest point it was fitted to
 _MAX_MODE_ERROR_NATS = 2.0  # nats by which the emulator may miss the height of a mode that it covers
 
@@ -180,7 +181,7 @@ def _learned(
     scale = np.sqrt(target.noise.variance(residuals) + np.diag(target.noise.measured))
     lengths = None if before is None else before.emulator.lengths
     emulator = fit_emulator(points, outputs, around, scale, target.coordinates, lengths)
-    return Surrogate(emulator, target.measured, target.noise.narrowed(residuals))
+    return Surrogate(emulator, target.measured, target.noise.narrowed(residuals, _MIN_TERM_SHARE))
 
 
 def moved(

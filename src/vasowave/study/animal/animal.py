@@ -143,9 +143,10 @@ class Analysis(KnownErrors):
     waves_at: WavesAt = "mean pressure"
     """Where waves take area and wave speed from: at mean pressure, measurement and models alike, or as the paper: A0
     and A0 Z_c/ρ for the measurement, those of each instant for a model."""
-    inference: Literal["intervals", "posterior"] = "intervals"
-    """What is said of the parameters beside their best values: the intervals of a fit, or its posterior too, with
-    geometry and the model's own error unknown (about half a minute for each wall law)."""
+    inference: Literal["intervals", "reference", "posterior"] = "intervals"
+    """What is said of the parameters beside their best values: the intervals of fits, or posteriors too, with geometry
+    and the model's own error unknown: of the first wall law alone (reference), on which the answer stands unless
+    `report.law` names another, or of every law (posterior). One takes 3 to 10 s of a processor."""
 
 
 @settings_class
@@ -193,6 +194,11 @@ class Settings(Analysis, Calibration):
             name: {key: values[name][key] for key in values[name] if key in parameters} for name in ("bounds", "fixed")
         }
         return Search(**values | mine)
+
+    @property
+    def sampled_walls(self) -> tuple[str, ...]:
+        """Those of the wall laws whose posteriors are asked for."""
+        return self.walls[: {"intervals": 0, "reference": 1, "posterior": len(self.walls)}[self.inference]]
 
     @property
     def priors(self) -> Priors:

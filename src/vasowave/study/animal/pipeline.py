@@ -133,9 +133,8 @@ def posteriors_of(
     journal: OpenWork | None,
     failures: list[Failure],
 ) -> dict[str, Posterior]:
-    """Return the posterior of every fitted wall law that has one, if it is asked for."""
-    if settings.inference != "posterior":
-        return {}
+    """Return the posterior of every fitted wall law of which it is asked for, and that has one."""
+    walls = {find_law(wall).law().name for wall in settings.sampled_walls}
 
     def drawn(fit: CalibratedModel) -> Posterior:
         return posterior(
@@ -147,7 +146,9 @@ def posteriors_of(
         )  # fmt: skip
 
     tried = {
-        fit.wall: attempted(partial(drawn, fit), teller(animal, fit.wall, Stage.POSTERIOR, failures)) for fit in fits
+        fit.wall: attempted(partial(drawn, fit), teller(animal, fit.wall, Stage.POSTERIOR, failures))
+        for fit in fits
+        if fit.wall in walls
     }
     return {wall: outcome for wall, outcome in tried.items() if outcome is not None}
 

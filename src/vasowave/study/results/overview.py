@@ -4,6 +4,8 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from vasowave.study.folder.settings import animal_settings
+
 if TYPE_CHECKING:
     from vasowave.study.animal.animal import Animal
     from vasowave.study.folder.settings import StudyFile
@@ -15,8 +17,8 @@ The twelve animals of the demo, with 20 starts of two laws, take 15 s each; a li
 tangent one.
 """
 
-_POSTERIOR_SECONDS = 18.0
-"""CPU for one posterior of a wall law in such a network, s: 16 linear ones took 142 s on two cores."""
+_POSTERIOR_SECONDS = 6.0
+"""CPU for one posterior of a wall law in such a network, s: 3 to 4 of the linear law, 7 to 8 of others."""
 
 _TIMED_VESSELS = 21  # of the network for which the seconds were measured
 
@@ -102,8 +104,8 @@ def _paragraph(row: Sequence[str], width: int) -> list[str]:
 
 def expected_seconds(read: Sequence[AnimalRead], settings: "StudyFile", cores: int) -> float:
     """Return roughly how long fits and posteriors of these animals take on so many cores, s, without compiling."""
-    seconds_per_law = _SECONDS_PER_START * settings.calibration.starts + (
-        _POSTERIOR_SECONDS if settings.inference == "posterior" else 0.0
+    analysis = animal_settings(settings)
+    of_laws = _SECONDS_PER_START * analysis.starts * len(analysis.walls) + _POSTERIOR_SECONDS * len(
+        analysis.sampled_walls
     )
-    of_laws = len(settings.calibration.walls) * seconds_per_law
     return sum(of_laws * animal.vessels / _TIMED_VESSELS for animal in read) / max(1, min(cores, len(read)))

@@ -35,8 +35,8 @@ def _of_fits(cohort: Cohort) -> list[str]:
     if any(result.laws[law].posterior is not None for result in cohort.results for law in result.laws):
         return []
     return [
-        "Posteriors weigh the error of the model, which intervals of fits and p do not (inference: posterior in "
-        "study.yaml, --inference posterior of vasowave fit), in about ten seconds of a processor for an animal and law."
+        "Posteriors weigh the error of the model, which intervals of fits and p do not (inference: reference in "
+        "study.yaml, --inference reference of vasowave fit), in three to ten seconds of a processor for an animal."
     ]
 
 

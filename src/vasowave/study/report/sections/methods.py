@@ -212,7 +212,7 @@ def _posteriors(cohort: Cohort) -> list[str]:
     cost = f", with {' to '.join(ends)} simulations each" if counts else ""
     evidence = (
         " An evidence is the probability density of the measured harmonics, all that is unknown integrated out."
-        if len(cohort.walls) > 1
+        if any(result.evidence is not None for result in cohort.results)
         else ""
     )
     return [
