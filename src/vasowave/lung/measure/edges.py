@@ -29,10 +29,12 @@ class EdgeRules:
         How far from the wall the profile is looked at.
     level_error : float
         Of a mean level, beside what noise explains: sections are not quite round, nor blur quite normal.
+    core_depth, core_error : float
+        The same so deep within the wall, where clots, bubbles and mixing change the level, not the edge.
     max_misfit, gross_misfit : float
         Mean squared misfit, variances, up to which one step explains the profiles; and from which a kernel may.
     min_gain, min_evidence : float
-        A second step has to reduce the misfit by this factor; that of a wall, chi² by so much where it explains all.
+        A second step has to reduce chi² by so much, and by this factor too where it is no wall that explains all.
     max_remaining : float
         Mean squared misfit, variances, of profiles that are explained: those of calcified rims are not.
     min_wall, max_wall : float
@@ -62,6 +64,8 @@ class EdgeRules:
     inside: float = 5.0
     outside: float = 5.5
     level_error: float = 0.002
+    core_depth: float = 2.5
+    core_error: float = 0.02
     max_misfit: float = 0.25
     gross_misfit: float = 2.0
     min_gain: float = 1.3
@@ -209,8 +213,9 @@ def _edge(vessels: Sequence[_Bins], plain: OptimizeResult) -> Edge | None:
     level, width = best.x[:2]
     remaining = misfit * best.cost / plain.cost
     explains = grows and level > 0 and remaining < RULES.max_remaining
-    is_seen = explains and 2 * (plain.cost - best.cost) > RULES.min_evidence
-    if not (is_seen or best.cost * RULES.min_gain < plain.cost) or level < -RULES.max_shadow:
+    has_evidence = 2 * (plain.cost - best.cost) > RULES.min_evidence
+    is_seen = has_evidence and (explains or best.cost * RULES.min_gain < plain.cost)
+    if not is_seen or level < -RULES.max_shadow:
         return None
     if -RULES.min_shadow < level < RULES.min_wall:
         return None
@@ -242,9 +247,9 @@ def _bins(sections: Profile | None, radius: float, spacing: float) -> _Bins | No
     contrast = float(np.median(sections.plateau))
     if in_reach.sum() < RULES.min_bins or not contrast > 0:
         return None
-    return _Bins(
-        distance[in_reach], level[in_reach], np.hypot(error[in_reach], RULES.level_error * contrast), size, contrast
-    )
+    share = np.where(distance < size - RULES.core_depth, RULES.core_error, RULES.level_error)
+    error = np.hypot(error, share * contrast)
+    return _Bins(distance[in_reach], level[in_reach], error[in_reach], size, contrast)
 
 
 def _fitted(
