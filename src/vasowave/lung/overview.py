@@ -82,7 +82,11 @@ UNSEEN = look_kind(
 )
 
 
-NO_TREE = look_kind("image.no-first-tree", "no tree was measured at a first look: {problem}")
+NO_TREE = look_kind(
+    "image.no-first-tree",
+    "no tree was measured at the first look, and none may be at an extraction: {problem}",
+    "Look at the lumen before anything is extracted.",
+)
 UNLIKE = look_kind(
     "image.unlike-species", "{problem}. {remedy}", "Check the size of a voxel before anything is measured.", VOXEL
 )

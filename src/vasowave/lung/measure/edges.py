@@ -30,7 +30,8 @@ class EdgeRules:
     level_error : float
         Of a mean level, beside what noise explains: sections are not quite round, nor blur quite normal.
     core_depth, core_error : float
-        The same so deep within the wall, where clots, bubbles and mixing change the level, not the edge.
+        So deep within the wall a mean level errs by this share of the scatter of the sections' plateaus, too: clots,
+        bubbles and mixing change it, and not the edge.
     max_misfit, gross_misfit : float
         Mean squared misfit, variances, up to which one step explains the profiles; and from which a kernel may.
     min_gain, min_evidence : float
@@ -40,6 +41,8 @@ class EdgeRules:
     min_wall, max_wall : float
         Levels of soft tissue beside agent: 0.22 in an air-filled lung, more where agent is thin. What is brighter is
         a wall only if widths that grow with the vessels explain it better, by the gain, than one width of all.
+    min_double : float
+        What is fainter at one width of all vessels is the foot that a filter leaves beside an edge.
     min_shadow, max_shadow : float
         A shadow as deep is one of a kernel; a deeper one is of what lies beside the vessel, as fat or air.
     level_spread, width_spread, blur_spread : float
@@ -65,7 +68,7 @@ class EdgeRules:
     outside: float = 5.5
     level_error: float = 0.002
     core_depth: float = 2.5
-    core_error: float = 0.02
+    core_error: float = 1.0
     max_misfit: float = 0.25
     gross_misfit: float = 2.0
     min_gain: float = 1.3
@@ -73,6 +76,7 @@ class EdgeRules:
     max_remaining: float = 1.25
     min_wall: float = 0.06
     max_wall: float = 0.34
+    min_double: float = 0.12
     min_shadow: float = 0.03
     max_shadow: float = 0.2
     level_spread: float = 0.03
@@ -217,7 +221,7 @@ def _edge(vessels: Sequence[_Bins], plain: OptimizeResult) -> Edge | None:
     is_seen = has_evidence and (explains or best.cost * RULES.min_gain < plain.cost)
     if not is_seen or level < -RULES.max_shadow:
         return None
-    if -RULES.min_shadow < level < RULES.min_wall:
+    if -RULES.min_shadow < level < (RULES.min_wall if grows else RULES.min_double):
         return None
     unlike = all(fit.cost > RULES.min_gain * best.cost for law, fit in fits if not law)
     is_wall = bool(grows and (level <= RULES.max_wall or (len(fits) > 1 and unlike)))
@@ -247,8 +251,8 @@ def _bins(sections: Profile | None, radius: float, spacing: float) -> _Bins | No
     contrast = float(np.median(sections.plateau))
     if in_reach.sum() < RULES.min_bins or not contrast > 0:
         return None
-    share = np.where(distance < size - RULES.core_depth, RULES.core_error, RULES.level_error)
-    error = np.hypot(error, share * contrast)
+    core = np.where(distance < size - RULES.core_depth, RULES.core_error * np.std(sections.plateau), 0.0)
+    error = np.hypot(np.hypot(error, RULES.level_error * contrast), core)
     return _Bins(distance[in_reach], level[in_reach], error[in_reach], size, contrast)
 
 
