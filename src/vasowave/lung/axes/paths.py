@@ -23,7 +23,7 @@ END = 2.0
 
 MAX_FILL, MAX_FLAT_ENDS, FLAT_REACH = 30.0, 12, 4.0
 """Within FLAT_REACH radii r of a vessel's end lie 4 π r³ of lumen, at the edge of a plate four times as much: more than
-MAX_FILL r³ at more than MAX_FLAT_ENDS ends, and at a third of all, are those of a holder, which no tubes are fitted to."""
+MAX_FILL r³ at more than MAX_FLAT_ENDS ends, and at a third of all, are a holder's, which no tubes are fitted to."""
 
 STEEPNESS = 8
 """A path costs its length / depth**STEEPNESS: with 2 it still cuts the corners of wide vessels."""

@@ -40,8 +40,8 @@ def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = 
     Raises
     ------
     InputError
-        The root or an outlet farther than 5 voxels from the lumen, an outlet on the way to another; each is named. Without outlets, a
-        lumen whose ends are those of plates.
+        The root or an outlet farther than 5 voxels from the lumen, an outlet on the way to another; each is named.
+        Without outlets, a lumen most of whose ends are edges of plates.
     """
     paths = minimal_paths(lumen, root)
     if outlets is None:

@@ -1,4 +1,4 @@
-"""Strangers that hang together with the lumen: tubes wider than the root that leave the image, and plates of holders."""
+"""Strangers that hang together with the lumen: plates of holders, and wide tubes that leave the image."""
 
 from dataclasses import dataclass, replace
 

@@ -68,11 +68,11 @@ class EdgeRules:
     outside: float = 5.5
     level_error: float = 0.002
     core_depth: float = 2.5
-    core_error: float = 1.0
+    core_error: float = 0.7
     max_misfit: float = 0.25
     gross_misfit: float = 2.0
     min_gain: float = 1.3
-    min_evidence: float = 12.0
+    min_evidence: float = 15.0
     max_remaining: float = 1.25
     min_wall: float = 0.06
     max_wall: float = 0.34

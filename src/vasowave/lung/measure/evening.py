@@ -102,7 +102,7 @@ def unevenness(profiles: Sequence[Profile | None]) -> np.ndarray:
 
 
 def _scatter(profiles: Sequence[Profile | None]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the standard deviation of each vessel's signals, and what noise lets expect up to a factor; NaN without."""
+    """Return the SD of each vessel's signals, and what noise lets expect up to a factor; NaN without sections."""
     pairs = [
         (np.nan, np.nan) if sections is None else (np.std(sections.signal), sections.noise) for sections in profiles
     ]
