@@ -36,6 +36,8 @@ class EdgeRules:
         Mean squared misfit, variances, up to which one step explains the profiles; and from which a kernel may.
     min_gain, min_evidence : float
         A second step has to reduce chi² by so much, and by this factor too where it is no wall that explains all.
+    min_shared : float
+        And by so much without the vessel that shows it most, of three or more: clots dim few vessels, walls are of all.
     max_remaining : float
         Mean squared misfit, variances, of profiles that are explained: those of calcified rims are not.
     min_wall, max_wall : float
@@ -73,6 +75,7 @@ class EdgeRules:
     gross_misfit: float = 2.0
     min_gain: float = 1.3
     min_evidence: float = 15.0
+    min_shared: float = 6.0
     max_remaining: float = 1.25
     min_wall: float = 0.06
     max_wall: float = 0.34
@@ -217,7 +220,9 @@ def _edge(vessels: Sequence[_Bins], plain: OptimizeResult) -> Edge | None:
     level, width = best.x[:2]
     remaining = misfit * best.cost / plain.cost
     explains = grows and level > 0 and remaining < RULES.max_remaining
-    has_evidence = 2 * (plain.cost - best.cost) > RULES.min_evidence
+    gains = np.add.reduceat(plain.fun**2 - best.fun**2, np.cumsum([0, *(len(vessel.level) for vessel in vessels[:-1])]))
+    shared = gains.sum() - gains.max() if len(gains) > 2 else gains.sum()
+    has_evidence = gains.sum() > RULES.min_evidence and shared > RULES.min_shared
     is_seen = has_evidence and (explains or best.cost * RULES.min_gain < plain.cost)
     if not is_seen or level < -RULES.max_shadow:
         return None
