@@ -198,7 +198,7 @@ def measured(**changes):
     found = measured_alone(forked_tree())
     ones = np.ones(5)
     grey = Densitometry(0.1 * ones, 0.01 * ones, 50 * ones, ones, ones, np.array([0.01, 9, 0.02, 0, 0.0]),
-                        np.array([0.001, 0.001, 0.0, 0.1, np.nan]), ones, 0.02 * ones, 0.001)  # fmt: skip
+                        np.array([0.001, 0.001, 0.0, 0.1, np.nan]), ones, 0.02 * ones, 0 * ones, 0.001)  # fmt: skip
     return replace(found, radius_sd=np.array([0.01, 0, np.nan, 0.02, 0.01]), grey=grey, **changes)
 
 

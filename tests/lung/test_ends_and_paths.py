@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from vasowave.base import InputError
 from vasowave.lung import Line
 from vasowave.lung.axes import paths, to_the_surface
 from vasowave.lung.lumen import Segmentation
@@ -50,6 +51,17 @@ def bent_lumen():
 @pytest.fixture(scope="module")
 def ways():
     return paths.minimal_paths(bent_lumen(), 0.01 * np.array([7.0, 7.0, 4.0]))
+
+
+def test_the_edges_of_a_plate_are_no_ends_of_vessels(ways):
+    paths.require_slender(ways, 20 * paths.long_tips(ways))
+    mask = np.zeros((11, 70, 70), dtype=bool)
+    mask[3:8, 3:67, 3:67] = np.random.default_rng(1).random((64, 64)) > 0.02  # a sheet full of holes
+    grey = np.where(mask, 100.0, 0.0).astype(np.float32)
+    lumen = Segmentation(mask, grey, np.zeros(3, int), 0.01, np.zeros(3), 50.0, 0.0, 1.0)
+    sheet = paths.minimal_paths(lumen, 0.01 * np.array([5.0, 35.0, 3.0]))
+    with pytest.raises(InputError, match="as wide as a plate"):
+        paths.require_slender(sheet, paths.long_tips(sheet))
 
 
 def test_minimal_paths_keep_to_the_middle_and_know_how_far_it_is(ways):

@@ -108,6 +108,21 @@ def test_what_leaves_the_image_and_is_no_vessel_is_cut_off_and_named(stranger):
     assert (cut.grey[~cut.mask] <= 100.0).all()
 
 
+def test_a_plate_that_ends_within_the_image_is_cut_off_too():
+    plate = (abs(Z - 54.0) < 2) & (np.hypot(Y - 24, X - 24) < 20)
+    lumen = segment(scan(TUBE & (Z < 53), plate), 100.0, at(10, 20, 20))
+    cut, codes = findings(lambda: without_strangers(lumen, SIZE, at(4, 20, 20)))
+    assert codes == ["image.stranger"]
+    assert lumen.mask.sum() > 1.3 * cut.mask.sum()
+    assert 0.8 * (TUBE & (Z < 53)).sum() < cut.mask.sum() < 1.05 * (TUBE & (Z < 53)).sum()
+
+
+def test_a_flat_vessel_is_no_plate():
+    flat = (((Y - 24) / 9.0) ** 2 + ((X - 24) / 3.5) ** 2 < 1) & (Z > 3) & (Z < 56)
+    lumen = segment(scan(flat), 100.0)
+    assert without_strangers(lumen, SIZE, at(6, 24, 24)) is lumen
+
+
 def test_a_rod_far_from_the_root_cuts_no_wide_vessel_between():
     """An artery widens behind the cannula to more than the rod's middle is deep; it does not leave the image."""
     artery = (np.hypot(Y - MIDDLE, X - MIDDLE) < np.where(Z < 15, 4.0, 6.0)) & (Z > 3) & (Z < 45)

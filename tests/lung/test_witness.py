@@ -238,12 +238,13 @@ def test_lengths_and_radii_that_the_image_does_not_settle_are_named():
     assert [one.vessels for one in said_of("witness.short-for-radius", measured)] == [("4",)]
 
 
-def test_a_vessel_that_is_not_round_and_one_that_is_partly_filled_are_named():
-    tree = forked_tree()
-    grey = SimpleNamespace(contrast=np.array([100.0, 75.0, 65.0, np.nan, 50.0]))
+def test_a_vessel_that_is_not_round_one_that_is_uneven_and_one_that_is_partly_filled_are_named():
+    tree, uneven = forked_tree(), np.array([0.0, 0.0, 0.0, 0.1, 0.0])
+    grey = SimpleNamespace(contrast=np.array([100.0, 75.0, 65.0, np.nan, 50.0]), uneven=uneven)
     measured, misfit = replace(sure(tree), grey=grey), np.array([0.05, 0.07, np.nan, 0.5, 0.0])
     assert [one.vessels for one in said_of("witness.not-round", measured, misfit=misfit)] == [("2", "4")]
     assert [one.vessels for one in said_of("witness.partly-filled", measured)] == [("3", "5")]
+    assert [one.vessels for one in said_of("witness.uneven-width", measured)] == [("4",)]
 
 
 def test_the_misfit_of_a_surface_is_the_share_of_the_radius_by_which_it_waves():

@@ -82,6 +82,11 @@ UNSEEN = look_kind(
 )
 
 
+NO_TREE = look_kind(
+    "image.no-first-tree",
+    "no tree was measured at the first look, and none may be at an extraction: {problem}",
+    "Look at the lumen before anything is extracted.",
+)
 UNLIKE = look_kind(
     "image.unlike-species", "{problem}. {remedy}", "Check the size of a voxel before anything is measured.", VOXEL
 )
@@ -227,6 +232,7 @@ def _seen(
         ends = tuple(end for end in ends if not goes_on(lumen, end)) or ends
     shown = _First() if loops and not closed else _first_tree(lumen, ends, volume, first.cannula)
     unseen = [UNSEEN(diameter=first.cannula)] if shown.unseen else []
+    unseen += [NO_TREE(problem=shown.problem)] if shown.problem else []
     first = first if not shown.unseen else replace(first, cannula=0.0)
     measured = shown.measured
     grey = GreyLook(*saturation(volume, lumen), None)
@@ -289,12 +295,13 @@ def _level_set(volume: Volume, threshold: float) -> Segmentation | None:
 
 class _First(NamedTuple):
     """What is measured of a first tree from the widest end, None where there is none; its cannula's line, None where
-    it has none, and whether a cannula was looked for and not seen.
+    it has none, whether a cannula was looked for and not seen, and why there is no tree.
     """
 
     measured: Measurement | None = None
     cannula: Line | None = None
     unseen: bool = False
+    problem: str = ""
 
 
 def _first_tree(lumen: Segmentation, ends: tuple[Entrance, ...], volume: Volume, cannula: float) -> _First:
@@ -310,8 +317,8 @@ def _first_tree(lumen: Segmentation, ends: tuple[Entrance, ...], volume: Volume,
         except NoCannulaError:
             return _First(measured_in(tree, volume), unseen=True)
         return _First(measured_in(cut, volume), line)
-    except InputError:
-        return _First()
+    except InputError as error:
+        return _First(problem=str(error))
 
 
 def _proposed(

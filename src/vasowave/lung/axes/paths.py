@@ -21,6 +21,10 @@ BALL, MARGIN = 1.5, 2.5
 END = 2.0
 """The end of a vessel reaches so many radii from its tip."""
 
+MAX_FILL, MAX_FLAT_ENDS, FLAT_REACH = 30.0, 12, 4.0
+"""Within FLAT_REACH radii r of a vessel's end lie 4 π r³ of lumen, at the edge of a plate four times as much: more than
+MAX_FILL r³ at more than MAX_FLAT_ENDS ends, and at a third of all, are a holder's, which no tubes are fitted to."""
+
 STEEPNESS = 8
 """A path costs its length / depth**STEEPNESS: with 2 it still cuts the corners of wide vessels."""
 
@@ -175,6 +179,23 @@ def end_around(paths: MinimalPaths, voxel: int) -> np.ndarray:
     distance = np.linalg.norm(paths.voxels - paths.voxels[voxel], axis=1)
     wide = paths.depth[distance <= 1.5 * paths.depth].max(initial=paths.depth[voxel])
     return np.asarray(distance < END * wide)
+
+
+def require_slender(paths: MinimalPaths, tips: Sequence[int]) -> None:
+    """Raise `InputError` if most of `tips` are no ends of vessels, but edges of plates and blocks."""
+    tree, fills = cKDTree(paths.voxels), []
+    for tip in tips if len(tips) > MAX_FLAT_ENDS else ():
+        distance = np.linalg.norm(paths.voxels - paths.voxels[tip], axis=1)
+        radius = max(paths.depth[distance <= BALL * paths.depth].max(initial=0.0), BALL)
+        count = tree.query_ball_point(paths.voxels[tip], FLAT_REACH * radius, return_length=True)
+        fills.append(float(count) / radius**3)
+    flat = int(np.sum(np.array(fills) > MAX_FILL))
+    if flat > max(MAX_FLAT_ENDS, len(tips) / 3):
+        raise InputError(
+            f"at {flat} of {len(tips)} ends the lumen is as wide as a plate or a block: a holder or other tissue hangs "
+            "together with the vessels, or is taken for them; give a region or a mask without it, a higher threshold, "
+            "or the outlets"
+        )
 
 
 def long_tips(paths: MinimalPaths) -> list[int]:

@@ -13,7 +13,7 @@ from vasowave.lung.axes.junctions import (
     with_met_axes,
     without_short_vessels,
 )
-from vasowave.lung.axes.paths import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
+from vasowave.lung.axes.paths import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to, require_slender
 from vasowave.lung.axes.protrusions import tips_outside
 from vasowave.lung.axes.skeleton import cut_at_junctions
 from vasowave.lung.axes.starts import Settled, settled
@@ -41,6 +41,7 @@ def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = 
     ------
     InputError
         The root or an outlet farther than 5 voxels from the lumen, an outlet on the way to another; each is named.
+        Without outlets, a lumen most of whose ends are edges of plates.
     """
     paths = minimal_paths(lumen, root)
     if outlets is None:
@@ -67,6 +68,7 @@ def _refitted(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
 def _tips(paths: MinimalPaths) -> list[int]:
     """Return the tips of all vessels: the long ones, then what sticks out of their tubes, until nothing does."""
     tips = long_tips(paths)
+    require_slender(paths, tips)
     for _ in range(ROUNDS):
         new_tips = tips_outside(_to_surface(paths, tips), paths)
         if not new_tips:

@@ -1,4 +1,4 @@
-"""Strangers that hang together with the lumen and leave the image: tubes wider than the root, and plates of holders."""
+"""Strangers that hang together with the lumen: plates of holders, and wide tubes that leave the image."""
 
 from dataclasses import dataclass, replace
 
@@ -11,7 +11,7 @@ from vasowave.lung.lumen.segmentation import Segmentation
 
 @dataclass(frozen=True)
 class StrangerRules:
-    """When what leaves the image is no vessel; `d` is its radius, or half the thickness of a plate, voxels.
+    """When what hangs together with vessels is none; `d` is its radius, or half the thickness of a plate, voxels.
 
     Attributes
     ----------
@@ -27,6 +27,9 @@ class StrangerRules:
         d³ of lumen in a box of 8 d around the middle of a plate; tubes have 25 to 75.
     min_extent, gap : float
         Edge of a plate, and reach of what closes gaps in it, d.
+    thicknesses, min_inner_extent
+        Half the thicknesses at which plates that end within the image are looked for, voxels of the grid, and their
+        edge, d: a flat vessel is long, but not wide.
     rim : float
         So many voxels around a stranger are cut too.
     max_edge, reach : int
@@ -41,6 +44,8 @@ class StrangerRules:
     min_fill: float = 90.0
     min_extent: float = 6.0
     gap: float = 2.5
+    thicknesses: tuple[float, ...] = (2.0, 2.8, 4.0, 5.6, 8.0)
+    min_inner_extent: float = 10.0
     rim: float = 1.5
     max_edge: int = 160
     reach: int = 8
@@ -51,20 +56,20 @@ _WINDOW = 40  # voxels around the root: its vessel is no wider
 _TOUCHING = np.ones((3, 3, 3), dtype=bool)
 STRANGER = look_kind(
     "image.stranger",
-    "what leaves the image {width:.2g} cm thick hangs together with the vessels and is none, as a holder, a tube or a "
-    "neighbor is: {share:.0%} of the lumen were cut off, and vessels that touch it end there: {remedy}",
+    "a plate or a tube {width:.2g} cm thick hangs together with the vessels and is none, as a holder or a neighbor is: "
+    "{share:.0%} of the lumen were cut off, and vessels that touch it end there: {remedy}",
     "look, and give a mask or a region without it",
 )
 STRANGER_LEFT = look_kind(
     "image.stranger-left",
-    "what leaves the image {width:.2g} cm thick is no vessel, as a holder, a tube or a neighbor is, and could not be "
+    "a plate or a tube {width:.2g} cm thick is no vessel, as a holder or a neighbor is, and could not be "
     "cut off without the vessels: {remedy}",
     "look, and give a mask or a region without it",
 )
 
 
 def without_strangers(lumen: Segmentation, shape: tuple[int, ...], root: np.ndarray | None = None) -> Segmentation:
-    """Return `lumen` without tubes and plates that leave the image; warn of what was cut off.
+    """Return `lumen` without plates, and without tubes that leave the image; warn of what was cut off.
 
     Parameters
     ----------
@@ -78,14 +83,16 @@ def without_strangers(lumen: Segmentation, shape: tuple[int, ...], root: np.ndar
     plates = [radius for radius, area in spots if area > RULES.min_spread * np.pi * radius**2]
     width = np.inf if root is None or not spots else RULES.max_width * _depth_at(lumen, root)
     tubes = [radius for radius, _ in spots if radius > width]
-    if not plates and not tubes:
-        return lumen
     step = -(-max(lumen.mask.shape) // RULES.max_edge)
     coarse = lumen.mask[::step, ::step, ::step]
     depth = step * ndimage.distance_transform_edt(coarse)
     core = _leaving(depth >= RULES.core * min(tubes, default=np.inf))
     for radius in plates:
-        core |= _plate(coarse, depth, radius, step)
+        core |= _plate(coarse, depth, radius, step, RULES.min_extent)
+    for radius in step * np.array(RULES.thicknesses):
+        core |= _plate(coarse, depth, radius, step, RULES.min_inner_extent)
+    if not plates and not tubes and not core.any():
+        return lumen
     if not core.any():
         return _uncut(lumen, [*plates, *tubes])
     thick = float(np.median(depth[core]))
@@ -141,14 +148,19 @@ def _depth_at(lumen: Segmentation, root: np.ndarray) -> float:
     return float(nearest.max(initial=0.0)) or np.inf
 
 
-def _plate(coarse: np.ndarray, depth: np.ndarray, radius: float, step: int) -> np.ndarray:
+def _plate(coarse: np.ndarray, depth: np.ndarray, radius: float, step: int, min_extent: float) -> np.ndarray:
     """Return the middle of plates of half the thickness `radius`: flat where a tube of that width would be slender."""
-    medial = depth >= RULES.medial * ndimage.maximum_filter(depth, 2 * int(np.ceil(radius / step)) + 1)
-    medial &= (depth >= RULES.core * radius) & (depth <= RULES.thickest * radius)
+    min_voxels = (min_extent * radius / step) ** 2
+    medial = (depth >= RULES.core * radius) & (depth <= RULES.thickest * radius)
+    medial &= depth >= RULES.medial * ndimage.maximum_filter(depth, 2 * int(np.ceil(radius / step)) + 1)
+    if medial.sum() < min_voxels:
+        return np.zeros_like(coarse)
     edge = int(8 * radius / step) | 1
     fill = ndimage.uniform_filter(coarse.astype(np.float32), edge, mode="nearest") * (edge * step) ** 3
     pieces, _ = ndimage.label(medial & (fill > RULES.min_fill * radius**3), _TOUCHING)
-    large = np.bincount(pieces.ravel()) >= (RULES.min_extent * radius / step) ** 2
+    large = np.bincount(pieces.ravel()) >= min_voxels
+    if not large[1:].any():
+        return np.zeros_like(coarse)
     large[0] = False
     reach = int(np.ceil(RULES.gap * radius / step))  # where a vessel touches, the plate is thicker
     padded = np.pad(large[pieces], reach, mode="edge")

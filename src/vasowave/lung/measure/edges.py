@@ -29,15 +29,22 @@ class EdgeRules:
         How far from the wall the profile is looked at.
     level_error : float
         Of a mean level, beside what noise explains: sections are not quite round, nor blur quite normal.
+    core_depth, core_error : float
+        So deep within the wall a mean level errs by this share of the scatter of the sections' plateaus, too: clots,
+        bubbles and mixing change it, and not the edge.
     max_misfit, gross_misfit : float
         Mean squared misfit, variances, up to which one step explains the profiles; and from which a kernel may.
     min_gain, min_evidence : float
-        A second step has to reduce the misfit by this factor; that of a wall, chi² by so much where it explains all.
+        A second step has to reduce chi² by so much, and by this factor too where it is no wall that explains all.
+    min_shared : float
+        And by so much without the vessel that shows it most, of three or more: clots dim few vessels, walls are of all.
     max_remaining : float
         Mean squared misfit, variances, of profiles that are explained: those of calcified rims are not.
     min_wall, max_wall : float
         Levels of soft tissue beside agent: 0.22 in an air-filled lung, more where agent is thin. What is brighter is
         a wall only if widths that grow with the vessels explain it better, by the gain, than one width of all.
+    min_double : float
+        What is fainter at one width of all vessels is the foot that a filter leaves beside an edge.
     min_shadow, max_shadow : float
         A shadow as deep is one of a kernel; a deeper one is of what lies beside the vessel, as fat or air.
     level_spread, width_spread, blur_spread : float
@@ -62,13 +69,17 @@ class EdgeRules:
     inside: float = 5.0
     outside: float = 5.5
     level_error: float = 0.002
+    core_depth: float = 2.5
+    core_error: float = 0.7
     max_misfit: float = 0.25
     gross_misfit: float = 2.0
     min_gain: float = 1.3
-    min_evidence: float = 12.0
+    min_evidence: float = 15.0
+    min_shared: float = 6.0
     max_remaining: float = 1.25
     min_wall: float = 0.06
     max_wall: float = 0.34
+    min_double: float = 0.12
     min_shadow: float = 0.03
     max_shadow: float = 0.2
     level_spread: float = 0.03
@@ -209,10 +220,13 @@ def _edge(vessels: Sequence[_Bins], plain: OptimizeResult) -> Edge | None:
     level, width = best.x[:2]
     remaining = misfit * best.cost / plain.cost
     explains = grows and level > 0 and remaining < RULES.max_remaining
-    is_seen = explains and 2 * (plain.cost - best.cost) > RULES.min_evidence
-    if not (is_seen or best.cost * RULES.min_gain < plain.cost) or level < -RULES.max_shadow:
+    gains = np.add.reduceat(plain.fun**2 - best.fun**2, np.cumsum([0, *(len(vessel.level) for vessel in vessels[:-1])]))
+    shared = gains.sum() - gains.max() if len(gains) > 2 else gains.sum()
+    has_evidence = gains.sum() > RULES.min_evidence and shared > RULES.min_shared
+    is_seen = has_evidence and (explains or best.cost * RULES.min_gain < plain.cost)
+    if not is_seen or level < -RULES.max_shadow:
         return None
-    if -RULES.min_shadow < level < RULES.min_wall:
+    if -RULES.min_shadow < level < (RULES.min_wall if grows else RULES.min_double):
         return None
     unlike = all(fit.cost > RULES.min_gain * best.cost for law, fit in fits if not law)
     is_wall = bool(grows and (level <= RULES.max_wall or (len(fits) > 1 and unlike)))
@@ -242,9 +256,9 @@ def _bins(sections: Profile | None, radius: float, spacing: float) -> _Bins | No
     contrast = float(np.median(sections.plateau))
     if in_reach.sum() < RULES.min_bins or not contrast > 0:
         return None
-    return _Bins(
-        distance[in_reach], level[in_reach], np.hypot(error[in_reach], RULES.level_error * contrast), size, contrast
-    )
+    core = np.where(distance < size - RULES.core_depth, RULES.core_error * np.std(sections.plateau), 0.0)
+    error = np.hypot(np.hypot(error, RULES.level_error * contrast), core)
+    return _Bins(distance[in_reach], level[in_reach], error[in_reach], size, contrast)
 
 
 def _fitted(

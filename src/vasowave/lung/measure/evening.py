@@ -13,6 +13,8 @@ MIN_SLOPE_ERRORS = 3.0
 """A slope counts beyond so many standard errors: at 2 the radii of vessels that do not narrow scatter more."""
 SECTIONS_PER_SAMPLE = 3.0
 """Neighboring sections share their noise: so many count as one."""
+MIN_UNEVEN = 0.045
+"""Areas of sections that scatter by this share more than noise explains are not those of one even tube."""
 PRIOR_SECTIONS = 6.0
 """The scatter that noise alone explains weighs as much as that of so many independent sections."""
 
@@ -78,14 +80,34 @@ def moderated(profiles: Sequence[Profile | None], noise_beside: np.ndarray) -> n
     noise_beside : float array, shape (vessel,)
         See `signal_beside`, NaN where unknown.
     """
-    deviation = np.array([np.nan if sections is None else float(np.std(sections.signal)) for sections in profiles])
-    noise = np.array([np.nan if sections is None else sections.noise for sections in profiles])
+    deviation, noise = _scatter(profiles)
     count = np.array(
         [1.0 if sections is None else max(len(sections.signal) / SECTIONS_PER_SAMPLE, 1.0) for sections in profiles]
     )
     scatter = _pooled(deviation, noise, count - 1) / np.sqrt(count)
     common = _pooled(noise_beside, noise / np.sqrt(count), np.full(len(deviation), COPIES / 2))
     return np.asarray(np.fmax(scatter, common))
+
+
+def unevenness(profiles: Sequence[Profile | None]) -> np.ndarray:
+    """Return by what share the areas of each vessel's sections differ along it, shape (vessel,).
+
+    0 without sections, and where the scatter that noise of all vessels explains leaves little of it.
+    """
+    deviation, noise = _scatter(profiles)
+    mean = np.array([np.nan if sections is None else float(np.mean(sections.signal)) for sections in profiles])
+    usual = float(np.nanmedian(deviation / noise)) * noise if np.isfinite(deviation).any() else deviation
+    share = np.sqrt(np.maximum(deviation**2 - usual**2, 0.0)) / np.maximum(mean, 1e-12)
+    return np.where(share > MIN_UNEVEN, share, 0.0)
+
+
+def _scatter(profiles: Sequence[Profile | None]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the SD of each vessel's signals, and what noise lets expect up to a factor; NaN without sections."""
+    pairs = [
+        (np.nan, np.nan) if sections is None else (np.std(sections.signal), sections.noise) for sections in profiles
+    ]
+    deviation, noise = np.array(pairs, dtype=float).reshape(-1, 2).T
+    return deviation, noise
 
 
 def _pooled(deviation: np.ndarray, expected: np.ndarray, count: np.ndarray) -> np.ndarray:

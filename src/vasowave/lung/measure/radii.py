@@ -8,7 +8,7 @@ import numpy as np
 
 from vasowave.lung.measure.contrast import blur_of, contrasts
 from vasowave.lung.measure.edges import Edge, beside_edge, second_edge
-from vasowave.lung.measure.evening import Evened, evened_sections, moderated
+from vasowave.lung.measure.evening import Evened, evened_sections, moderated, unevenness
 from vasowave.lung.measure.profiles import CLEARANCE, RING, Beside, Look, Profile, profile, signal_beside
 from vasowave.lung.read.volume import Volume
 from vasowave.lung.tree import Line, Tree, clear_stretches
@@ -51,6 +51,8 @@ class Densitometry:
         Standard deviation of the blur, cm.
     edge : Edge, optional
         What stands beside the lumen of all vessels.
+    uneven : float array
+        By what share the areas of its sections differ along the vessel beyond noise; 0 where they do not.
     hidden_wall : float
         By what share walls too thin to be told from blur may widen all radii.
     """
@@ -64,6 +66,7 @@ class Densitometry:
     taper_sd: np.ndarray
     share: np.ndarray
     wall: np.ndarray
+    uneven: np.ndarray
     blur: float
     edge: Edge | None = None
     hidden_wall: float = 0.0
@@ -107,7 +110,8 @@ def densitometry(
         np.nan if sections is None else noise_beside(line, sections.rows, reach, volume, tree.line)
         for line, sections, reach in zip(tree.lines, looked.profiles, window, strict=True)
     ]
-    scatter = moderated([evened if evened is None else evened.sections for evened in looked.evened], np.array(noise))
+    sections_evened = [evened if evened is None else evened.sections for evened in looked.evened]
+    scatter, uneven = moderated(sections_evened, np.array(noise)), unevenness(sections_evened)
     columns = [
         _measured(*estimates, looked.blur)
         for estimates in zip(looked.evened, scatter, looked.contrast, looked.error, strict=True)
@@ -115,13 +119,15 @@ def densitometry(
     radius, sd, relative_contrast, aspect, taper, taper_sd = np.array(columns).T
     same, unknown = np.ones(len(tree)), np.full(len(tree), np.nan)
     shape = relative_contrast, aspect, taper, taper_sd
-    plain = Densitometry(radius, sd, looked.contrast, *shape, same, unknown, looked.blur)
+    sd = np.hypot(sd, uneven * radius)  # where the lumen alone is seen, nobody knows: anywhere along the vessel
+    plain = Densitometry(radius, sd, looked.contrast, *shape, same, unknown, uneven, looked.blur)
     return _within_edges(plain, looked.profiles, float(volume.spacing[0]))
 
 
 def _within_edges(plain: Densitometry, profiles: Sequence[Profile | None], spacing: float) -> Densitometry:
     """Return the radii of the lumen alone, where a wall, or the shadow of a kernel, stands beside it."""
-    edge, hidden = second_edge(profiles, plain.radius, plain.aspect, spacing)
+    even_radius = np.where(plain.uneven > 0, np.nan, plain.radius)  # clots, rims and neighbors are no walls of all
+    edge, hidden = second_edge(profiles, even_radius, plain.aspect, spacing)
     if edge is None:
         return replace(plain, hidden_wall=hidden)
     plain = replace(plain, edge=edge, blur=edge.blur * spacing)

@@ -102,7 +102,7 @@ def told_loops(lumen: Segmentation, policy: Literal["refuse", "open"], guided: b
     suffix = f"; and {len(loops) - MAX_NAMED_RINGS} more" if len(loops) > MAX_NAMED_RINGS else ""
     text = (
         f"the lumen closes {count} loop(s), thinnest at (x,y,z, cm) {'; '.join(places)}{suffix}: vessels touch, noise "
-        "bridges them, a clot or bubble divides one, or they join again"
+        "bridges them, the ring of a holder hangs on them, a clot or bubble divides one, or they join again"
     )
     remedies = _ways(lumen, count, level_set)
     outlets = "" if guided else "; give the outlets then, so that each cut leads to them"

@@ -83,6 +83,13 @@ NOT_ROUND = doubt_kind(
     f"{_VESSELS}the surface is not that of a round tube: not round, touched by another vessel, or badly segmented",
     "Look at the lumen there.",
 )
+UNEVEN_WIDTH = doubt_kind(
+    "witness.uneven-width",
+    Grade.LOOK,
+    f"{_VESSELS}the areas of the sections differ by {{share:.0%}} (1 SD) along the vessel, as with a rim of calcium, "
+    "a clot, a narrow place or a neighbor; the radius is known no better: {remedy}",
+    "look along the vessel, and give a mask without what is no lumen",
+)
 PARTLY_FILLED = doubt_kind(
     "witness.partly-filled",
     Grade.LOOK,
@@ -195,7 +202,9 @@ def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
     if uneven.any():
         doubts.append(_doubt(measured, "length", uneven, NOT_ROUND))
     if measured.grey is not None:
-        contrast = measured.grey.contrast
+        contrast, differ = measured.grey.contrast, measured.grey.uneven
+        if differ.any():
+            doubts.append(_doubt(measured, "radius", differ > 0, UNEVEN_WIDTH, share=float(differ.max())))
         dim = np.nan_to_num(contrast / contrast[measured.network.root], nan=1.0) < MIN_CONTRAST_SHARE
         if dim.any():
             doubts.append(_doubt(measured, "radius", dim, PARTLY_FILLED, share=MIN_CONTRAST_SHARE))
