@@ -41,6 +41,7 @@ READ_ELSEWHERE = {
     "lung/read/raw.py": "a format of others, in the fuzzer as npy",
     "lung/read/zarr.py": "a format of others, in the fuzzer as zarr",
     "pulse/network_formats/graphml.py": "a format of others, in the fuzzer as node-link graph",
+    "base/io/named_arrays.py": "formats of others, in the fuzzer as json, columns and numpy archive",
     "base/io/apart.py": "what a helper that was started here answers",
     "base/io/answers.py": "answers in the user's own folder; tests/base/io/test_answers.py damages them",
     "base/runtime/kernels.py": "compiled functions in the user's own folder; benchmarks/faults.py damages them",
@@ -79,7 +80,8 @@ def test_every_store_and_every_format_is_in_the_fuzzer():
              "first blood": "FirstBlood network", "dimensions": "two tables of a network",
              "dim_mat": "matrices of a network", "tiff": "tif", "nifti": "nii", "metaimage": "mha",
              "graphml": "GraphML", "spatial graph": "spatial graph of Amira",
-             "svzerod": "svZeroDSolver network", "workbook": "recording workbook", "wfdb": "wfdb header"}  # fmt: skip
+             "svzerod": "svZeroDSolver network", "workbook": "recording workbook", "named arrays": "numpy archive",
+             "wfdb": "wfdb header"}  # fmt: skip
     without = {
         "foreign",
         "vessels",
