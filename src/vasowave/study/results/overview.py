@@ -4,7 +4,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from vasowave.study.folder.settings import animal_settings
+from vasowave.study import folder as folders
 
 if TYPE_CHECKING:
     from vasowave.study.animal.animal import Animal
@@ -104,7 +104,7 @@ def _paragraph(row: Sequence[str], width: int) -> list[str]:
 
 def expected_seconds(read: Sequence[AnimalRead], settings: "StudyFile", cores: int) -> float:
     """Return roughly how long fits and posteriors of these animals take on so many cores, s, without compiling."""
-    analysis = animal_settings(settings)
+    analysis = folders.animal_settings(settings)
     of_laws = _SECONDS_PER_START * analysis.starts * len(analysis.walls) + _POSTERIOR_SECONDS * len(
         analysis.sampled_walls
     )
