@@ -19,6 +19,11 @@ FORMS = {
     "columns": TABLE,
     "rows by number": {title: {str(i): value for i, value in enumerate(values)} for title, values in TABLE.items()},
     "objects": [dict(zip(TABLE, row, strict=True)) for row in ROWS],
+    "objects by number": {str(i): dict(zip(TABLE, row, strict=True)) for i, row in enumerate(ROWS)},
+    "objects beside a schema": {
+        "schema": {"primaryKey": ["time (s)"]},
+        "data": [dict(zip(TABLE, row)) for row in ROWS],
+    },
     "a matrix beside labels": {"columns": list(TABLE), "index": list(range(len(ROWS))), "data": ROWS},
     "channels": {"fs": 1000, "channels": CHANNELS},
     "in an object": {"recording": {"samplingRate": 1000, **{title: TABLE[title] for title in list(TABLE)[1:]}}},

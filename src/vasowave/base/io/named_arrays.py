@@ -65,12 +65,10 @@ def arrays_of_numpy(path: Path) -> ReaderAnswer:
 
 def _of_json(content: Any, place: str = "") -> Iterator[tuple[str, np.ndarray]]:
     """Go through the arrays in an object of JSON, or in a list of its rows."""
-    if isinstance(content, list) and content and all(isinstance(row, dict) for row in content) and not place:
-        content = {key: [row.get(key) for row in content] for key in content[0]}
+    content = _columns(content) if not place else content
     for key, value in content.items() if isinstance(content, dict) else ():
         name = place + key.replace(".", " ")
-        if isinstance(value, dict) and value and all(map(str.isdigit, value)):  # rows by their number, as of pandas
-            value = [*value.values()]
+        value = _columns(value, is_plain=True)
         objects = {name: value} if isinstance(value, dict) else {}
         if isinstance(value, list) and value and all(isinstance(row, dict) for row in value):
             objects = {f"{name}({i})": row for i, row in enumerate(value, 1)}
@@ -78,6 +76,17 @@ def _of_json(content: Any, place: str = "") -> Iterator[tuple[str, np.ndarray]]:
             yield from _of_json(inner, f"{held}.")
         if not objects and (array := _array(value)).dtype.kind in "iufU":
             yield name, array
+
+
+def _columns(value: Any, is_plain: bool = False) -> Any:
+    """Return the columns of rows, listed or by number as of pandas, that are objects, perhaps of plain cells only."""
+    if isinstance(value, dict) and value and all(map(str.isdigit, value)):
+        value = [*value.values()]
+    if not (isinstance(value, list) and value and all(isinstance(row, dict) for row in value)):
+        return value
+    if is_plain and any(isinstance(cell, (dict, list)) for row in value for cell in row.values()):
+        return value
+    return {key: [row.get(key) for row in value] for key in dict.fromkeys(key for row in value for key in row)}
 
 
 def _array(value: Any) -> np.ndarray:

@@ -74,9 +74,11 @@ def _with_columns(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Return variables, and the columns or rows of matrices beside which as many labels stand, perhaps with units."""
     spread = dict(variables)
     for name, matrix in variables.items():
+        if matrix.dtype.kind not in "iuf" or matrix.ndim != 2:
+            continue
         stem = name[: name.rfind(".") + 1]
         neighbors = [value for key, value in variables.items() if key[: key.rfind(".") + 1] == stem]
-        for across in (matrix, matrix.T) if matrix.dtype.kind in "iuf" and matrix.ndim == 2 else ():
+        for across in (matrix, matrix.T):
             labels, units_of = _labels(neighbors, across.shape[1])
             if labels and len(across) > len(labels):
                 spread |= {stem + label: column for label, column in zip(labels, across.T, strict=True)}
