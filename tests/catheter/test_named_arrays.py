@@ -81,6 +81,24 @@ def test_the_scale_of_an_igor_wave_is_a_step_a_last_place_or_an_end(tmp_path, sc
     assert describe_recording(tmp_path / "a.itx").used.sampling_rate == pytest.approx(1 / 0.003)
 
 
+def igor_text(start, flags="/D", comma="", note=()):
+    lines = ["IGOR", *note, f"WAVES{flags}\tPAP\tflow", "BEGIN", *(f"{p!r} {q!r}" for _, p, q in ROWS), "END"]
+    lines += [f'X SetScale/P x{comma} 0,1,"ms", PAP; SetScale y{comma} 0,0,"mmHg", PAP']
+    return "\n".join([*lines, f'X SetScale/P x{comma} {start},1,"ms", flow; SetScale y{comma} 0,0,"ml/min", flow', ""])
+
+
+def test_igor_waves_that_begin_at_different_times_are_not_taken_for_simultaneous(tmp_path):
+    (tmp_path / "a.itx").write_text(igor_text(start=500))
+    with pytest.raises(InputError, match="different rates or starts"):
+        read_raw_recording(tmp_path / "a.itx")
+
+
+@pytest.mark.parametrize("form", [{"comma": ","}, {"flags": " /D"}, {"note": ("WAVES/T\tnote", "BEGIN", '"x"', "END")}])
+def test_igors_text_is_read_with_a_comma_behind_the_axis_a_blank_before_flags_and_a_wave_of_texts(tmp_path, form):
+    (tmp_path / "a.itx").write_text(igor_text(start=0, **form))
+    is_read(tmp_path / "a.itx")
+
+
 @pytest.mark.parametrize(("name", "content"), [
     ("a.json", b'{"pressure": [1, 2'), ("a.json", b'{"a": "text"}'), ("a.npz", b"PK\x03\x04" + bytes(99)),
     ("a.itx", b"IGOR\nWAVES a b\nBEGIN\n1 2\n3\nEND\n"), ("a.itx", b"IGOR\nX SetScale/P x 0,0,\"s\", a\n"),

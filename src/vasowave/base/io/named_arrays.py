@@ -16,10 +16,12 @@ from vasowave.base.io.textfile import look, read_bytes
 from vasowave.base.stores import parsed
 
 _NUMPY = (b"PK\x03\x04", b"\x93NUMPY")
-_WAVES = re.compile(r"^WAVES\S*\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I)
+_WAVES = re.compile(
+    r"^WAVES(?P<flags>(?:\s*/\S+)*)\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I
+)
 _WAVE = re.compile(r"'([^']+)'|([^\s,;']+)")
 _SCALE = re.compile(
-    r"SetScale(?P<kind>/\w)?\s+(?P<axis>\w)\s+(?P<first>[^,]+),(?P<last>[^,]+),\s*\"(?P<unit>[^\"]*)\"\s*,(?P<names>[^;\n]+)",
+    r"SetScale\s*(?P<kind>/\w)?\s+(?P<axis>\w)[\s,]+(?P<first>[^,]+),(?P<last>[^,]+),\s*\"(?P<unit>[^\"]*)\"\s*,(?P<names>[^;\n]+)",
     re.IGNORECASE,
 )
 
@@ -99,29 +101,32 @@ def _array(value: Any) -> np.ndarray:
 
 def _of_igor(path: Path, text: str) -> dict[str, np.ndarray]:
     """Return the waves of Igor's text by name, their units as ``wave_unit``, and the samples a second as ``fs``."""
-    waves, rates = dict[str, np.ndarray](), set[float]()
+    waves, scales = dict[str, np.ndarray](), set[tuple[float, float]]()
     try:
         for match in _WAVES.finditer(text):
+            if "/T" in match["flags"].upper():  # texts
+                continue
             names = [quoted or plain for quoted, plain in _WAVE.findall(match["names"])]
             rows = np.array([line.split() for line in match["rows"].splitlines() if line.strip()], float)
-            waves |= dict(zip(names, rows.T, strict=True))
+            waves |= dict(zip(names, rows.T if "/N=(" not in match["flags"].upper() else [rows], strict=True))
         for match in _SCALE.finditer(text):
             for quoted, plain in _WAVE.findall(match["names"]):
                 name = quoted or plain
                 if match["axis"].lower() != "x":
                     waves[f"{name}_unit"] = np.array(match["unit"])
                 elif match["unit"]:  # else nobody set its scale
-                    rates.add(_rate_of(match, len(waves.get(name, ()))))
+                    scales.add(_scale_of(match, len(waves.get(name, ()))))
     except (ValueError, ZeroDivisionError) as error:
         raise InputError(f"{path}: truncated, damaged, or no text of Igor Pro ({error}); export it again") from None
-    if len(rates) > 1:
-        raise InputError(f"{path}: its waves have different rates; export those of one rate into a file")
-    return {**waves, "fs": np.array(rates.pop())} if rates else waves
+    if len(scales) > 1:
+        raise InputError(f"{path}: its waves have different rates or starts; export those of one scale into a file")
+    return {**waves, "fs": np.array(scales.pop()[0])} if scales else waves
 
 
-def _rate_of(scale: re.Match[str], count: int) -> float:
-    """Return the samples a second of a wave of so many, by its first place and the step, last place or end."""
+def _scale_of(scale: re.Match[str], count: int) -> tuple[float, float]:
+    """Return the samples a second of a wave of so many, by its first place and the step, last place or end; and that
+    first place."""
     first, last = float(scale["first"]), float(scale["last"])
     steps = {"/p": 1, "/i": count - 1}.get((scale["kind"] or "").lower(), count)
     step = (last if steps == 1 else (last - first) / steps) * units.factor(scale["unit"], "time")
-    return round(1 / step, 9)
+    return round(1 / step, 9), first
