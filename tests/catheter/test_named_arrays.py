@@ -52,6 +52,12 @@ def test_an_archive_of_numpy_is_read_by_the_names_of_its_arrays(tmp_path):
     is_read(tmp_path / "b.npz")
 
 
+def test_what_an_archive_of_numpy_holds_beside_its_signals_in_objects_keeps_none_from_being_read(tmp_path):
+    notes = np.array({"animal": "R1"}, object)
+    np.savez(tmp_path / "a.npz", time_s=TIME, PAP_mmHg=PRESSURE, flow_mlmin=FLOW, notes=notes)
+    is_read(tmp_path / "a.npz")
+
+
 def test_fields_of_a_numpy_array_are_its_columns_and_without_them_names_are_asked_for(tmp_path):
     fields = np.zeros(40, [("time", float), ("pressure", float), ("flow", float)])
     wave = np.sin(2 * np.pi * np.arange(40) / 40)

@@ -61,8 +61,18 @@ def arrays_of_numpy(path: Path) -> ReaderAnswer:
     if not (names := content.dtype.names if isinstance(content, np.ndarray) else content.files):
         raise InputError(f"{path}: an array without names of its columns; save each by its name: "
                          "np.savez(FILE, time=…, pressure=…, flow=…)")  # fmt: skip
-    arrays = {name: array for name in names if (array := content[name]).dtype.kind in "biufU"}
+    arrays = {name: array for name in names if (array := _without_objects(content, name)).dtype.kind in "biufU"}
     return ReaderAnswer(list(arrays), list(arrays.values()))
+
+
+def _without_objects(content: Any, name: str) -> np.ndarray:
+    """Return an array; an empty one for objects of Python, which could run anything when they are read."""
+    try:
+        return np.asarray(content[name])
+    except ValueError as error:
+        if "allow_pickle" not in str(error):
+            raise
+        return np.empty(0, object)
 
 
 def _of_json(content: Any, place: str = "") -> Iterator[tuple[str, np.ndarray]]:
