@@ -52,6 +52,16 @@ def test_an_archive_of_numpy_is_read_by_the_names_of_its_arrays(tmp_path):
     is_read(tmp_path / "b.npz")
 
 
+def test_two_matrices_beside_the_same_labels_are_asked_about(tmp_path):
+    titles, stated = np.array(["PAP", "PA flow"]), np.array(["mmHg", "ml/min"])
+    matrices = {"baseline": np.stack([PRESSURE, FLOW]), "hypoxia": np.stack([PRESSURE + 50, FLOW])}
+    np.savez(tmp_path / "a.npz", **matrices, labels=titles, units=stated, fs=1000)
+    with pytest.raises(InputError, match="2 channels may hold pressure"):
+        read_raw_recording(tmp_path / "a.npz")
+    read = read_raw_recording(tmp_path / "a.npz", pressure="hypoxia PAP", flow="hypoxia PA flow")
+    np.testing.assert_allclose(read.pressure, PRESSURE + 50)
+
+
 def test_what_an_archive_of_numpy_holds_beside_its_signals_in_objects_keeps_none_from_being_read(tmp_path):
     notes = np.array({"animal": "R1"}, object)
     np.savez(tmp_path / "a.npz", time_s=TIME, PAP_mmHg=PRESSURE, flow_mlmin=FLOW, notes=notes)
