@@ -52,6 +52,21 @@ def test_an_archive_of_numpy_is_read_by_the_names_of_its_arrays(tmp_path):
     is_read(tmp_path / "b.npz")
 
 
+@pytest.mark.parametrize("above", ["[HEADER]\nDate=2026-03-01\n[DATA]\n", "{ rig 2 }\n"])
+def test_a_table_whose_first_line_stands_in_brackets_is_no_json(tmp_path, above):
+    (tmp_path / "a.txt").write_text(above + "\n".join([",".join(TABLE), *(",".join(map(repr, row)) for row in ROWS)]))
+    is_read(tmp_path / "a.txt")
+
+
+def test_times_in_ms_that_name_no_unit_are_asked_for_it_and_read_with_it(tmp_path):
+    signals = {"time": 1000 * TIME, "PAP_mmHg": PRESSURE, "flow_mlmin": FLOW}
+    np.savez(tmp_path / "a.npz", **signals)
+    with pytest.raises(InputError, match="name the unit of their times"):
+        read_raw_recording(tmp_path / "a.npz")
+    np.savez(tmp_path / "a.npz", **signals, time_unit="ms")
+    is_read(tmp_path / "a.npz")
+
+
 def test_two_matrices_beside_the_same_labels_are_asked_about(tmp_path):
     titles, stated = np.array(["PAP", "PA flow"]), np.array(["mmHg", "ml/min"])
     matrices = {"baseline": np.stack([PRESSURE, FLOW]), "hypoxia": np.stack([PRESSURE + 50, FLOW])}

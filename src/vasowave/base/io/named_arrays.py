@@ -16,6 +16,7 @@ from vasowave.base.io.textfile import look, read_bytes
 from vasowave.base.stores import parsed
 
 _NUMPY = (b"PK\x03\x04", b"\x93NUMPY")
+_JSON, _JSON_OBJECTS = re.compile(rb"\s*[\[{]"), re.compile(rb"\s*(?:\[\s*)?\{\s*[\"}]")
 _WAVES = re.compile(
     r"^WAVES(?P<flags>(?:\s*/\S+)*)\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I
 )
@@ -29,7 +30,8 @@ _SCALE = re.compile(
 def holds_names(path: Path, start: bytes) -> bool:
     """Whether a file is one of NumPy, JSON or Igor's text, by its first bytes."""
     is_numpy = path.suffix.lower() in (".npz", ".npy") and start.startswith(_NUMPY)
-    return is_numpy or start.startswith(b"IGOR") or start.lstrip()[:1] in (b"{", b"[")
+    is_json = (_JSON if path.suffix.lower() == ".json" else _JSON_OBJECTS).match(start)  # '[Header]' begins tables
+    return bool(is_numpy or start.startswith(b"IGOR") or is_json)
 
 
 @remembered
