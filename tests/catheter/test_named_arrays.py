@@ -54,7 +54,9 @@ def test_an_archive_of_numpy_is_read_by_the_names_of_its_arrays(tmp_path):
 
 @pytest.mark.parametrize("above", ["[HEADER]\nDate=2026-03-01\n[DATA]\n", "{ rig 2 }\n"])
 def test_a_table_whose_first_line_stands_in_brackets_is_no_json(tmp_path, above):
-    (tmp_path / "a.txt").write_text(above + "\n".join([",".join(TABLE), *(",".join(map(repr, row)) for row in ROWS)]))
+    (tmp_path / "a.txt").write_text(
+        above + "\n".join([",".join(TABLE), *(",".join(map(repr, row)) for row in ROWS), ""])
+    )
     is_read(tmp_path / "a.txt")
 
 
