@@ -80,7 +80,8 @@ def by_kind(problems: Iterable[StudyProblem]) -> list[list[StudyProblem]]:
     for number, problem in enumerate(sorted(problems, key=lambda problem: not problem.error)):
         finding = problem.finding
         alone = problem.error or not problem.animals or finding.code == OTHER.code
-        kind = (finding.code, finding.remedy, finding.place.law, dict(finding.values).get("what"))
+        about = [dict(finding.values).get(name) for name in ("what", "signal", "parameter", "law")]
+        kind = (finding.code, finding.remedy, finding.place.law, *about)
         counts[kind, problem.animals] += 1
         groups.setdefault((number,) if alone else (*kind, counts[kind, problem.animals]), []).append(problem)
     return list(groups.values())
