@@ -156,8 +156,8 @@ def _scaled(text: str, scale: float) -> str:
         return ""
     try:
         return f"{scale * number(text):.6g}"
-    except ValueError:
-        return text
+    except ValueError:  # which is refused: who mends it must know that it is in another unit
+        return text if scale == 1 else f"{text} times {scale:.4g}"
 
 
 def _titles(
