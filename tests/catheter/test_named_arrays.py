@@ -19,6 +19,11 @@ FORMS = {
     "columns": TABLE,
     "rows by number": {title: {str(i): value for i, value in enumerate(values)} for title, values in TABLE.items()},
     "objects": [dict(zip(TABLE, row, strict=True)) for row in ROWS],
+    "objects by number": {str(i): dict(zip(TABLE, row, strict=True)) for i, row in enumerate(ROWS)},
+    "objects beside a schema": {
+        "schema": {"primaryKey": ["time (s)"]},
+        "data": [dict(zip(TABLE, row)) for row in ROWS],
+    },
     "a matrix beside labels": {"columns": list(TABLE), "index": list(range(len(ROWS))), "data": ROWS},
     "channels": {"fs": 1000, "channels": CHANNELS},
     "in an object": {"recording": {"samplingRate": 1000, **{title: TABLE[title] for title in list(TABLE)[1:]}}},
@@ -45,6 +50,39 @@ def test_an_archive_of_numpy_is_read_by_the_names_of_its_arrays(tmp_path):
     titles, stated = np.array(["PAP", "PA flow"]), np.array(["mmHg", "ml/min"])
     np.savez_compressed(tmp_path / "b.npz", data=np.stack([PRESSURE, FLOW]), labels=titles, units=stated, fs=1000)
     is_read(tmp_path / "b.npz")
+
+
+@pytest.mark.parametrize("above", ["[HEADER]\nDate=2026-03-01\n[DATA]\n", "{ rig 2 }\n"])
+def test_a_table_whose_first_line_stands_in_brackets_is_no_json(tmp_path, above):
+    (tmp_path / "a.txt").write_text(
+        above + "\n".join([",".join(TABLE), *(",".join(map(repr, row)) for row in ROWS), ""])
+    )
+    is_read(tmp_path / "a.txt")
+
+
+def test_times_in_ms_that_name_no_unit_are_asked_for_it_and_read_with_it(tmp_path):
+    signals = {"time": 1000 * TIME, "PAP_mmHg": PRESSURE, "flow_mlmin": FLOW}
+    np.savez(tmp_path / "a.npz", **signals)
+    with pytest.raises(InputError, match="name the unit of their times"):
+        read_raw_recording(tmp_path / "a.npz")
+    np.savez(tmp_path / "a.npz", **signals, time_unit="ms")
+    is_read(tmp_path / "a.npz")
+
+
+def test_two_matrices_beside_the_same_labels_are_asked_about(tmp_path):
+    titles, stated = np.array(["PAP", "PA flow"]), np.array(["mmHg", "ml/min"])
+    matrices = {"baseline": np.stack([PRESSURE, FLOW]), "hypoxia": np.stack([PRESSURE + 50, FLOW])}
+    np.savez(tmp_path / "a.npz", **matrices, labels=titles, units=stated, fs=1000)
+    with pytest.raises(InputError, match="2 channels may hold pressure"):
+        read_raw_recording(tmp_path / "a.npz")
+    read = read_raw_recording(tmp_path / "a.npz", pressure="hypoxia PAP", flow="hypoxia PA flow")
+    np.testing.assert_allclose(read.pressure, PRESSURE + 50)
+
+
+def test_what_an_archive_of_numpy_holds_beside_its_signals_in_objects_keeps_none_from_being_read(tmp_path):
+    notes = np.array({"animal": "R1"}, object)
+    np.savez(tmp_path / "a.npz", time_s=TIME, PAP_mmHg=PRESSURE, flow_mlmin=FLOW, notes=notes)
+    is_read(tmp_path / "a.npz")
 
 
 def test_fields_of_a_numpy_array_are_its_columns_and_without_them_names_are_asked_for(tmp_path):
@@ -74,6 +112,24 @@ def test_the_scale_of_an_igor_wave_is_a_step_a_last_place_or_an_end(tmp_path, sc
     end = [f'X SetScale{scale},"s", p, q; SetScale y 0,0,"mmHg", p; SetScale y 0,0,"ml/s", q', ""]
     (tmp_path / "a.itx").write_text("\n".join(["IGOR", "WAVES/D p q", "BEGIN", *rows, "END", *end]))
     assert describe_recording(tmp_path / "a.itx").used.sampling_rate == pytest.approx(1 / 0.003)
+
+
+def igor_text(start, flags="/D", comma="", note=()):
+    lines = ["IGOR", *note, f"WAVES{flags}\tPAP\tflow", "BEGIN", *(f"{p!r} {q!r}" for _, p, q in ROWS), "END"]
+    lines += [f'X SetScale/P x{comma} 0,1,"ms", PAP; SetScale y{comma} 0,0,"mmHg", PAP']
+    return "\n".join([*lines, f'X SetScale/P x{comma} {start},1,"ms", flow; SetScale y{comma} 0,0,"ml/min", flow', ""])
+
+
+def test_igor_waves_that_begin_at_different_times_are_not_taken_for_simultaneous(tmp_path):
+    (tmp_path / "a.itx").write_text(igor_text(start=500))
+    with pytest.raises(InputError, match="different rates or starts"):
+        read_raw_recording(tmp_path / "a.itx")
+
+
+@pytest.mark.parametrize("form", [{"comma": ","}, {"flags": " /D"}, {"note": ("WAVES/T\tnote", "BEGIN", '"x"', "END")}])
+def test_igors_text_is_read_with_a_comma_behind_the_axis_a_blank_before_flags_and_a_wave_of_texts(tmp_path, form):
+    (tmp_path / "a.itx").write_text(igor_text(start=0, **form))
+    is_read(tmp_path / "a.itx")
 
 
 @pytest.mark.parametrize(("name", "content"), [

@@ -151,6 +151,24 @@ def test_a_column_of_wedge_pressures_is_one_whatever_its_title_and_unit_and_this
     assert not [problem for problem in check_study(lab / "study").problems if "remove the column" in str(problem)]
 
 
+def test_a_column_called_wedge_is_the_wedge_pressure_though_that_of_the_left_atrium_stands_before_it(lab):
+    sheet = lab / "lab/animals of March.csv"
+    lines = [f"{line};{cell}" for line, cell in zip(SHEET.splitlines(), ("LAP [mmHg];wedge [mmHg]", *["5;8"] * 4))]
+    sheet.write_text("\n".join([*lines, ""]), "utf-8")
+    said = "; ".join(add_files(lab / "study", [lab / "lab"]).said)
+    assert [row.wedge for row in read_study(lab / "study").animals] == [8] * 4
+    assert "taken for wedge" not in said
+
+
+def test_a_wedge_of_another_unit_that_is_no_number_is_refused_with_what_brings_it_to_mmhg(lab):
+    sheet = lab / "lab/animals of March.csv"
+    lines = [f"{line};{cell}" for line, cell in zip(SHEET.splitlines(), ("PCWP [cmH2O]", "10*", "9", "9", "9"))]
+    sheet.write_text("\n".join([*lines, ""]), "utf-8")
+    add_files(lab / "study", [lab / "lab"])
+    (error,) = (problem for problem in check_study(lab / "study").problems if problem.error)
+    assert "'10* times 0.7356' is not a number" in str(error)  # 1 cmH2O is 0.73556 mmHg
+
+
 def test_a_wedge_of_another_title_in_the_studys_own_table_is_asked_for_and_no_covariate(lab):
     add_files(lab / "study", [lab / "lab"])
     table = lab / "study/animals.csv"

@@ -73,8 +73,8 @@ def test_animals_that_every_title_names_are_rows_whatever_their_file_is_called(t
     assert cells == [(f"rat {i}", f"{letters[0]} Rat {i}", f"{letters[1]} Rat {i}") for i in (5, 6)]
 
 
-@pytest.mark.parametrize("labels", [("1", "2"), ("run 1", "run 2"), ("C1", "C2")])
-def test_numbers_without_a_word_for_an_animal_are_no_animals(tmp_path, signals, labels):
+@pytest.mark.parametrize("labels", [("1", "2"), ("run 1", "run 2"), ("C1", "C2"), ("Rat 5 near", "Rat 5 far")])
+def test_numbers_without_a_word_for_an_animal_and_places_in_one_are_no_animals(tmp_path, signals, labels):
     lab = folder_of(tmp_path, signals, labels, "monday.csv")
     add_files(tmp_path / "study", [lab])
     assert len(rows(tmp_path)) == 1

@@ -358,6 +358,21 @@ def test_what_several_animals_have_in_common_is_one_line_below_the_errors_and_ea
     assert f"; each by itself: vasowave -v check {folder}" in short.splitlines()[-1]
 
 
+def test_what_pressure_and_flow_of_one_animal_have_in_common_is_two_lines(make_study, mice):
+    from vasowave.catheter import synthetic_raw_recording
+
+    raw = synthetic_raw_recording(mice[0], np.random.default_rng(1), duration=8.0, sampling_rate=500.0).raw
+    fading = np.linspace(1.0, 0.5, len(raw.time))
+    folder = make_study()
+    np.savetxt(folder / "recordings/fading.csv", np.column_stack([raw.time, fading * raw.pressure, fading * raw.flow]),
+               "%.6g", ",", header="time [s],pressure [mmHg],flow [ml/s]", comments="")  # fmt: skip
+    table(folder, "a,CTL,n.csv,recordings/fading.csv", header="animal,group,network,recording")
+    printed = CliRunner().invoke(app, ["check", str(folder)]).output
+    assert "the pulse pressure differs by" in printed
+    assert "the mean flow differs by" in printed
+    assert "1 animals" not in printed
+
+
 def test_raw_recordings_are_averaged_as_the_study_says(make_study, mice):
     from vasowave.catheter import synthetic_raw_recording
 

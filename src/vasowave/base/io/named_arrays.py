@@ -16,10 +16,13 @@ from vasowave.base.io.textfile import look, read_bytes
 from vasowave.base.stores import parsed
 
 _NUMPY = (b"PK\x03\x04", b"\x93NUMPY")
-_WAVES = re.compile(r"^WAVES\S*\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I)
+_JSON, _JSON_OBJECTS = re.compile(rb"\s*[\[{]"), re.compile(rb"\s*(?:\[\s*)?\{\s*[\"}]")
+_WAVES = re.compile(
+    r"^WAVES(?P<flags>(?:\s*/\S+)*)\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I
+)
 _WAVE = re.compile(r"'([^']+)'|([^\s,;']+)")
 _SCALE = re.compile(
-    r"SetScale(?P<kind>/\w)?\s+(?P<axis>\w)\s+(?P<first>[^,]+),(?P<last>[^,]+),\s*\"(?P<unit>[^\"]*)\"\s*,(?P<names>[^;\n]+)",
+    r"SetScale\s*(?P<kind>/\w)?\s+(?P<axis>\w)[\s,]+(?P<first>[^,]+),(?P<last>[^,]+),\s*\"(?P<unit>[^\"]*)\"\s*,(?P<names>[^;\n]+)",
     re.IGNORECASE,
 )
 
@@ -27,7 +30,8 @@ _SCALE = re.compile(
 def holds_names(path: Path, start: bytes) -> bool:
     """Whether a file is one of NumPy, JSON or Igor's text, by its first bytes."""
     is_numpy = path.suffix.lower() in (".npz", ".npy") and start.startswith(_NUMPY)
-    return is_numpy or start.startswith(b"IGOR") or start.lstrip()[:1] in (b"{", b"[")
+    is_json = (_JSON if path.suffix.lower() == ".json" else _JSON_OBJECTS).match(start)  # '[Header]' begins tables
+    return bool(is_numpy or start.startswith(b"IGOR") or is_json)
 
 
 @remembered
@@ -59,18 +63,26 @@ def arrays_of_numpy(path: Path) -> ReaderAnswer:
     if not (names := content.dtype.names if isinstance(content, np.ndarray) else content.files):
         raise InputError(f"{path}: an array without names of its columns; save each by its name: "
                          "np.savez(FILE, time=…, pressure=…, flow=…)")  # fmt: skip
-    arrays = {name: array for name in names if (array := content[name]).dtype.kind in "biufU"}
+    arrays = {name: array for name in names if (array := _without_objects(content, name)).dtype.kind in "biufU"}
     return ReaderAnswer(list(arrays), list(arrays.values()))
+
+
+def _without_objects(content: Any, name: str) -> np.ndarray:
+    """Return an array; an empty one for objects of Python, which could run anything when they are read."""
+    try:
+        return np.asarray(content[name])
+    except ValueError as error:
+        if "allow_pickle" not in str(error):
+            raise
+        return np.empty(0, object)
 
 
 def _of_json(content: Any, place: str = "") -> Iterator[tuple[str, np.ndarray]]:
     """Go through the arrays in an object of JSON, or in a list of its rows."""
-    if isinstance(content, list) and content and all(isinstance(row, dict) for row in content) and not place:
-        content = {key: [row.get(key) for row in content] for key in content[0]}
+    content = _columns(content) if not place else content
     for key, value in content.items() if isinstance(content, dict) else ():
         name = place + key.replace(".", " ")
-        if isinstance(value, dict) and value and all(map(str.isdigit, value)):  # rows by their number, as of pandas
-            value = [*value.values()]
+        value = _columns(value, is_plain=True)
         objects = {name: value} if isinstance(value, dict) else {}
         if isinstance(value, list) and value and all(isinstance(row, dict) for row in value):
             objects = {f"{name}({i})": row for i, row in enumerate(value, 1)}
@@ -78,6 +90,17 @@ def _of_json(content: Any, place: str = "") -> Iterator[tuple[str, np.ndarray]]:
             yield from _of_json(inner, f"{held}.")
         if not objects and (array := _array(value)).dtype.kind in "iufU":
             yield name, array
+
+
+def _columns(value: Any, is_plain: bool = False) -> Any:
+    """Return the columns of rows, listed or by number as of pandas, that are objects, perhaps of plain cells only."""
+    if isinstance(value, dict) and value and all(map(str.isdigit, value)):
+        value = [*value.values()]
+    if not (isinstance(value, list) and value and all(isinstance(row, dict) for row in value)):
+        return value
+    if is_plain and any(isinstance(cell, (dict, list)) for row in value for cell in row.values()):
+        return value
+    return {key: [row.get(key) for row in value] for key in dict.fromkeys(key for row in value for key in row)}
 
 
 def _array(value: Any) -> np.ndarray:
@@ -90,29 +113,32 @@ def _array(value: Any) -> np.ndarray:
 
 def _of_igor(path: Path, text: str) -> dict[str, np.ndarray]:
     """Return the waves of Igor's text by name, their units as ``wave_unit``, and the samples a second as ``fs``."""
-    waves, rates = dict[str, np.ndarray](), set[float]()
+    waves, scales = dict[str, np.ndarray](), set[tuple[float, float]]()
     try:
         for match in _WAVES.finditer(text):
+            if "/T" in match["flags"].upper():  # texts
+                continue
             names = [quoted or plain for quoted, plain in _WAVE.findall(match["names"])]
             rows = np.array([line.split() for line in match["rows"].splitlines() if line.strip()], float)
-            waves |= dict(zip(names, rows.T, strict=True))
+            waves |= dict(zip(names, rows.T if "/N=(" not in match["flags"].upper() else [rows], strict=True))
         for match in _SCALE.finditer(text):
             for quoted, plain in _WAVE.findall(match["names"]):
                 name = quoted or plain
                 if match["axis"].lower() != "x":
                     waves[f"{name}_unit"] = np.array(match["unit"])
                 elif match["unit"]:  # else nobody set its scale
-                    rates.add(_rate_of(match, len(waves.get(name, ()))))
+                    scales.add(_scale_of(match, len(waves.get(name, ()))))
     except (ValueError, ZeroDivisionError) as error:
         raise InputError(f"{path}: truncated, damaged, or no text of Igor Pro ({error}); export it again") from None
-    if len(rates) > 1:
-        raise InputError(f"{path}: its waves have different rates; export those of one rate into a file")
-    return {**waves, "fs": np.array(rates.pop())} if rates else waves
+    if len(scales) > 1:
+        raise InputError(f"{path}: its waves have different rates or starts; export those of one scale into a file")
+    return {**waves, "fs": np.array(scales.pop()[0])} if scales else waves
 
 
-def _rate_of(scale: re.Match[str], count: int) -> float:
-    """Return the samples a second of a wave of so many, by its first place and the step, last place or end."""
+def _scale_of(scale: re.Match[str], count: int) -> tuple[float, float]:
+    """Return the samples a second of a wave of so many, by its first place and the step, last place or end; and that
+    first place."""
     first, last = float(scale["first"]), float(scale["last"])
     steps = {"/p": 1, "/i": count - 1}.get((scale["kind"] or "").lower(), count)
     step = (last if steps == 1 else (last - first) / steps) * units.factor(scale["unit"], "time")
-    return round(1 / step, 9)
+    return round(1 / step, 9), first

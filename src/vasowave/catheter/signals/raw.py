@@ -36,7 +36,7 @@ def check_rate(source: str, rate: float) -> None:
     if not (np.isfinite(rate) and rate >= MIN_RATE):
         raise InputError(
             f"{source}: {rate:g} samples/s; at least {MIN_RATE:g} are needed of the slowest heart (1000 or more are "
-            "usual); export the waves at their full rate, not their means"
+            "usual); export the waves at their full rate, not their means, or name the unit of their times"
         )
 
 

@@ -129,10 +129,12 @@ def _unified_groups(rows: Mapping[str, Mapping[str, str]]) -> tuple[dict[str, di
 def _with_wedge(table: Columns) -> tuple[Columns, tuple[str, ...]]:
     """Return a table whose column of the pressure behind the beds is called as a study calls it, and what to say."""
     pairs = [_with_unit(*pair) for pair in zip(table.names, table.units, strict=True)]
-    column = next((i for i, pair in enumerate(pairs) if is_wedge(*pair)), None)
+    wedge, mmhg = split_unit(WEDGE)
+    called = [i for i, pair in enumerate(pairs) if is_wedge(*pair)]
+    column = min(called, key=lambda i: pairs[i][0] != wedge, default=None)  # 'wedge' itself before 'LAP'
     if column is None:
         return table, ()
-    unit, (wedge, mmhg) = pairs[column][1], split_unit(WEDGE)
+    unit = pairs[column][1]
     names, unit_names, cells = ([*row] for row in (table.names, table.units, table.cells))
     names[column], unit_names[column] = wedge, mmhg
     scale = units.factor(unit or mmhg, "pressure")
@@ -154,8 +156,8 @@ def _scaled(text: str, scale: float) -> str:
         return ""
     try:
         return f"{scale * number(text):.6g}"
-    except ValueError:
-        return text
+    except ValueError:  # which is refused: who mends it must know that it is in another unit
+        return text if scale == 1 else f"{text} times {scale:.4g}"
 
 
 def _titles(

@@ -1,5 +1,6 @@
 """Animals that were recorded side by side into one file: told by titles of its channels and the name of the file."""
 
+import re
 from collections.abc import Mapping, Sequence
 
 from vasowave.base import units
@@ -9,6 +10,7 @@ from vasowave.study.entering.animal_sheet import ANIMAL_WORDS
 from vasowave.study.entering.grouping import within, words
 
 _NEEDED = ("pressure", "flow")
+_NUMBERED = re.compile(rf"(?<![^\W_\d])(?:{'|'.join(ANIMAL_WORDS)})[\W_]*(?:n[or])?[\W_]*(\d+)")
 
 
 def animals_side_by_side(
@@ -52,7 +54,8 @@ def _labels(titles: Sequence[str]) -> list[str]:
     """Return whose each title is: the animal that all of them name, or what is left without the words that all of them
     begin and end with."""
     owners = list(map(owner, titles))
-    if len(set(owners)) == len(titles) and all(map(_says_animal, owners)):
+    numbers = [match[1] if (match := _NUMBERED.search(whose)) else "" for whose in owners]
+    if all(numbers) and len(set(numbers)) == len(titles):  # 'Rat 1 proximal' and 'Rat 1 distal' are one animal
         return owners
     split = [title.split() for title in titles]
     shortest = min(map(len, split), default=0)

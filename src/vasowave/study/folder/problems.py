@@ -1,5 +1,6 @@
 """Problems of a study, with the place where a person mends it."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -70,12 +71,19 @@ def one_per_cause(problems: Iterable[StudyProblem]) -> list[StudyProblem]:
 
 
 def by_kind(problems: Iterable[StudyProblem]) -> list[list[StudyProblem]]:
-    """Return the problems in groups, errors first: oddities of one kind and remedy that animals have are together."""
+    """Return the problems in groups, errors first: oddities of one kind and remedy that animals have are together.
+
+    An animal stands once in a group: what its pressure and its flow have, or two wall laws, is told apart.
+    """
     groups: dict[tuple[object, ...], list[StudyProblem]] = {}
+    counts = Counter[tuple[object, ...]]()
     for number, problem in enumerate(sorted(problems, key=lambda problem: not problem.error)):
         finding = problem.finding
         alone = problem.error or not problem.animals or finding.code == OTHER.code
-        groups.setdefault((number,) if alone else (finding.code, finding.remedy), []).append(problem)
+        about = [dict(finding.values).get(name) for name in ("what", "signal", "parameter", "law")]
+        kind = (finding.code, finding.remedy, finding.place.law, *about)
+        counts[kind, problem.animals] += 1
+        groups.setdefault((number,) if alone else (*kind, counts[kind, problem.animals]), []).append(problem)
     return list(groups.values())
 
 

@@ -1,6 +1,8 @@
 """Signals that are variables of a MATLAB file, each a vector: ``pressure``, ``flow``, ``time``; ``pressure_unit``."""
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -71,17 +73,33 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
 
 
 def _with_columns(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return variables, and the columns or rows of matrices beside which as many labels stand, perhaps with units."""
+    """Return variables, and the columns or rows of matrices beside which as many labels stand, perhaps with units.
+
+    Where a name would stand twice, as of two matrices beside the same labels, that of the matrix is before each.
+    """
+    columns = [column for name, value in variables.items() for column in _columns_of(variables, name, value)]
+    counts = Counter([stem + label for stem, _, label, *_ in columns] + list(variables))
+    is_double = any(counts[stem + label] > 1 for stem, _, label, *_ in columns)
     spread = dict(variables)
-    for name, matrix in variables.items():
-        stem = name[: name.rfind(".") + 1]
-        neighbors = [value for key, value in variables.items() if key[: key.rfind(".") + 1] == stem]
-        for across in (matrix, matrix.T) if matrix.dtype.kind in "iuf" and matrix.ndim == 2 else ():
-            labels, units_of = _labels(neighbors, across.shape[1])
-            if labels and len(across) > len(labels):
-                spread |= {stem + label: column for label, column in zip(labels, across.T, strict=True)}
-                spread |= {f"{stem}{label}_unit": np.array(unit) for label, unit in zip(labels, units_of)}
+    for stem, matrix, label, column, unit in columns:
+        title = stem + (f"{matrix} {label}" if is_double else label)
+        spread |= {title: column} | ({f"{title}_unit": np.array(unit)} if unit is not None else {})
     return spread
+
+
+def _columns_of(
+    variables: Mapping[str, np.ndarray], name: str, matrix: np.ndarray
+) -> Iterator[tuple[str, str, str, np.ndarray, str | None]]:
+    """Go through the columns of a matrix that labels name: what stands before its name, that, label, values, unit."""
+    if matrix.dtype.kind not in "iuf" or matrix.ndim != 2:
+        return
+    stem = name[: name.rfind(".") + 1]
+    neighbors = [value for key, value in variables.items() if key[: key.rfind(".") + 1] == stem]
+    for across in (matrix, matrix.T):
+        labels, units_of = _labels(neighbors, across.shape[1])
+        if labels and len(across) > len(labels):
+            for label, column, unit in zip_longest(labels, across.T, units_of):
+                yield stem, name[len(stem) :], label, column, unit
 
 
 def _labels(neighbors: Iterable[np.ndarray], count: int) -> tuple[list[str], list[str]]:
