@@ -209,3 +209,12 @@ def test_the_intervals_hold_the_true_shares_where_the_image_of_a_group_is_wrong(
         true = pd.DataFrame([table.loc[quantity, means.index] for table in truth]).astype(float).mean()
         inside = (means["low"] <= true) & (true <= means["high"])
         assert inside.all(), f"{quantity}\n{means.assign(true=true)}"
+
+
+def test_animals_that_were_followed_on_many_occasions_are_told_from_the_first_to_the_last():
+    results = made_results({"CTL": 8}, walls=("linear",))
+    week = Variable.from_cells("week", {result.name: str(place) for place, result in enumerate(results)})
+    mouse = Variable.from_cells("mouse", {result.name: "a mouse" for result in results})
+    design = Design(subject="mouse", occasion="week")
+    [change] = attributed(gathered(results, "CTL", variables=[week, mouse], design=design)).changes
+    assert (change.first, change.last, [*change.exchanges]) == ("0", "7", [("CTL 1", "CTL 8")])
