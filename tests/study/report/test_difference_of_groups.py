@@ -86,6 +86,25 @@ def followed(group, changes):
     return GroupAttribution(group, "before", "after", exchanges, {}, of_groups=False)
 
 
+def test_an_interval_is_as_wide_as_welchs_where_each_animal_stands_in_two_pairs():
+    rng, widths = np.random.default_rng(4), []
+    for _ in range(10):
+        healthy, ill = rng.standard_normal((2, 10))
+        rows = {
+            (f"a{(place + shift) % 10}", f"b{place}"): pd.DataFrame(
+                {"unit": "mmHg", "before": 0.0, "after": 0.0, "change": ill[place] - healthy[(place + shift) % 10]},
+                ["mPAP"],
+            )
+            for place in range(10)
+            for shift in range(2)
+        }
+        exchanges = {pair: ComponentExchange(row, row) for pair, row in rows.items()}
+        made = GroupAttribution("HPH", "CTL", "HPH", exchanges, {}, of_groups=True).means("mPAP").loc["change"]
+        interval = stats.ttest_ind(ill, healthy, equal_var=False).confidence_interval(0.95)
+        widths.append((made["high"] - made["low"]) / (interval.high - interval.low))
+    assert 0.98 < np.mean(widths) < 1.06
+
+
 def test_what_a_treatment_changed_is_told_against_what_changed_without_it_by_welch():
     vehicle = followed("vehicle", {"a": {"beds": 1.0}, "b": {"beds": 2.5}, "c": {"beds": 2.0}})
     shares = {"d": -4.0, "e": -5.5, "f": -6.0, "g": -4.5}
