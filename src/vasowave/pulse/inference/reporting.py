@@ -205,14 +205,16 @@ def left_out(noise: Discrepancy, residuals: np.ndarray, log_weight: np.ndarray) 
     harmonic = noise.harmonic
     simulated = np.isfinite(residuals).all(axis=1)
     residuals, log_weight = residuals[simulated], log_weight[simulated]
-    few = residuals[::_DRAWS_PER_NARROWING]
-    full = noise.narrowed(few, _MIN_TERM_SHARE).log_likelihood(residuals)
+    tenth = residuals[::_DRAWS_PER_NARROWING]
+    full = noise.narrowed(tenth, _MIN_TERM_SHARE).log_likelihood(residuals)
     rows = {}
     for first, end in zip(_BLOCK_HARMONICS, (*_BLOCK_HARMONICS[1:], np.inf), strict=True):
         block = (harmonic >= first) & (harmonic < end)
         if block.any() and not block.all():
-            beside = noise.without(block).narrowed(few, _MIN_TERM_SHARE)  # a block that is missed hides its spectra
-            added = full - beside.log_likelihood(residuals)
+            remaining = noise.without(block).narrowed(
+                tenth, _MIN_TERM_SHARE
+            )  # a block that is missed hides its spectra
+            added = full - remaining.log_likelihood(residuals)
             weights = smoothed(log_weight - added)
             rows[_block_name(harmonic[block])] = (float(logsumexp(weights.log_weight + added)), weights.k_hat)
     return pd.DataFrame.from_dict(rows, orient="index", columns=["log_density", "k_hat"]).rename_axis("block")

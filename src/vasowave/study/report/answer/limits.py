@@ -34,11 +34,11 @@ def _of_fits(cohort: Cohort, law: str) -> list[str]:
     """Offer posteriors of the law that the answer stands on, with what they cost, where there is none."""
     if any(result.laws[law].posterior is not None for result in cohort.calibrated(law)):
         return []
-    inference, each = ("reference", "") if law == cohort.walls[0] else ("posterior", " and law")
+    inference, scope = ("reference", "") if law == cohort.walls[0] else ("posterior", " and law")
     return [
         f"Posteriors weigh the error of the model, which intervals of fits and p do not (inference: {inference} in "
         f"study.yaml, --inference {inference} of vasowave fit), in three to ten seconds of a processor for an "
-        f"animal{each}."
+        f"animal{scope}."
     ]
 
 
