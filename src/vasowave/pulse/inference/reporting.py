@@ -211,9 +211,7 @@ def left_out(noise: Discrepancy, residuals: np.ndarray, log_weight: np.ndarray) 
     for first, end in zip(_BLOCK_HARMONICS, (*_BLOCK_HARMONICS[1:], np.inf), strict=True):
         block = (harmonic >= first) & (harmonic < end)
         if block.any() and not block.all():
-            remaining = noise.without(block).narrowed(
-                tenth, _MIN_TERM_SHARE
-            )  # a block that is missed hides its spectra
+            remaining = noise.without(block).narrowed(tenth, _MIN_TERM_SHARE)  # a missed block hides its spectra
             added = full - remaining.log_likelihood(residuals)
             weights = smoothed(log_weight - added)
             rows[_block_name(harmonic[block])] = (float(logsumexp(weights.log_weight + added)), weights.k_hat)
