@@ -117,6 +117,14 @@ def test_a_plate_that_ends_within_the_image_is_cut_off_too():
     assert 0.8 * (TUBE & (Z < 53)).sum() < cut.mask.sum() < 1.05 * (TUBE & (Z < 53)).sum()
 
 
+def test_a_plate_within_the_image_on_which_the_root_stands_is_named_and_left():
+    plate = (abs(Z - 20.0) < 2) & (np.hypot(Y - 26, X - 26) < 21)
+    lumen = segment(scan((np.hypot(Y - 8, X - 8) < 3) & (Z > 3) & (Z < 56), plate), 100.0)
+    cut, codes = findings(lambda: without_strangers(lumen, SIZE, at(20, 26, 26)))
+    assert codes == ["image.stranger-left"]
+    assert cut is lumen
+
+
 def test_a_flat_vessel_is_no_plate():
     flat = (((Y - 24) / 9.0) ** 2 + ((X - 24) / 3.5) ** 2 < 1) & (Z > 3) & (Z < 56)
     lumen = segment(scan(flat), 100.0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from vasowave.pulse.inference import Discrepancy, left_out
@@ -42,3 +43,14 @@ def test_a_block_that_alone_fixes_an_unknown_is_not_trusted():
     found = left_out(noise, DATA - draws @ J.T, np.full(400, -np.log(400)))
     assert found.loc["0", "k_hat"] > 0.7
     assert found.loc["5", "k_hat"] < 0.7
+
+
+def test_a_block_that_the_model_misses_is_as_improbable_as_by_all_spectra():
+    """What the other harmonics say of the model's error is nothing like what the missed block says of it."""
+    noise, count = Discrepancy(41, (0.3, 0.7), 0.03**2 * np.eye(41), np.zeros((41, 1))), 100
+    rows = np.random.default_rng(2).normal(0, 0.1, (count, 41)) * np.exp(-0.2 * noise.harmonic)
+    missed = noise.harmonic == 1
+    rows[:, missed] += 10.0
+    found = left_out(noise, rows, np.full(count, -np.log(count)))
+    given = noise.log_likelihood(rows) - noise.without(missed).log_likelihood(rows)
+    assert found.loc["1", "log_density"] == pytest.approx(np.log(count) - logsumexp(-given), abs=1.0)

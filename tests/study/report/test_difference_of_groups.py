@@ -86,6 +86,25 @@ def followed(group, changes):
     return GroupAttribution(group, "before", "after", exchanges, {}, of_groups=False)
 
 
+def test_an_interval_is_as_wide_as_welchs_where_each_animal_stands_in_two_pairs():
+    rng, widths = np.random.default_rng(4), []
+    for _ in range(10):
+        healthy, ill = rng.standard_normal((2, 10))
+        rows = {
+            (f"a{(place + shift) % 10}", f"b{place}"): pd.DataFrame(
+                {"unit": "mmHg", "before": 0.0, "after": 0.0, "change": ill[place] - healthy[(place + shift) % 10]},
+                ["mPAP"],
+            )
+            for place in range(10)
+            for shift in range(2)
+        }
+        exchanges = {pair: ComponentExchange(row, row) for pair, row in rows.items()}
+        made = GroupAttribution("HPH", "CTL", "HPH", exchanges, {}, of_groups=True).means("mPAP").loc["change"]
+        interval = stats.ttest_ind(ill, healthy, equal_var=False).confidence_interval(0.95)
+        widths.append((made["high"] - made["low"]) / (interval.high - interval.low))
+    assert 0.98 < np.mean(widths) < 1.06
+
+
 def test_what_a_treatment_changed_is_told_against_what_changed_without_it_by_welch():
     vehicle = followed("vehicle", {"a": {"beds": 1.0}, "b": {"beds": 2.5}, "c": {"beds": 2.0}})
     shares = {"d": -4.0, "e": -5.5, "f": -6.0, "g": -4.5}
@@ -209,3 +228,12 @@ def test_the_intervals_hold_the_true_shares_where_the_image_of_a_group_is_wrong(
         true = pd.DataFrame([table.loc[quantity, means.index] for table in truth]).astype(float).mean()
         inside = (means["low"] <= true) & (true <= means["high"])
         assert inside.all(), f"{quantity}\n{means.assign(true=true)}"
+
+
+def test_animals_that_were_followed_on_many_occasions_are_told_from_the_first_to_the_last():
+    results = made_results({"CTL": 8}, walls=("linear",))
+    week = Variable.from_cells("week", {result.name: str(place) for place, result in enumerate(results)})
+    mouse = Variable.from_cells("mouse", {result.name: "a mouse" for result in results})
+    design = Design(subject="mouse", occasion="week")
+    [change] = attributed(gathered(results, "CTL", variables=[week, mouse], design=design)).changes
+    assert (change.first, change.last, [*change.exchanges]) == ("0", "7", [("CTL 1", "CTL 8")])

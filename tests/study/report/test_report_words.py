@@ -244,6 +244,13 @@ def test_the_pressure_of_the_image_is_said_or_that_nobody_knows_it(cohort_result
     assert "6.30 mmHg. Of 1 of 2 animals it is not known: their radii" in said(0.0, 6.3)
 
 
+def test_posteriors_that_are_offered_are_of_the_law_that_the_answer_stands_on(cohort_results):
+    results = [with_posterior(result) for result in cohort_results]
+    said = {law: " ".join(model_limits(gathered(results), law, {})) for law in ("linear", "tangent")}
+    assert "Posteriors weigh" not in said["linear"]
+    assert "inference: posterior in study.yaml" in said["tangent"]  # `reference` would be of the linear law again
+
+
 def test_one_network_of_all_animals_is_said_to_move_them_alike(cohort_results):
     same = [replace(result, network=cohort_results[0].network) for result in cohort_results]
     assert shared_images(gathered(same)) == [

@@ -100,7 +100,7 @@ def without_strangers(lumen: Segmentation, shape: tuple[int, ...], root: np.ndar
     cut = (away <= depth[core].max() + RULES.rim + step - 1).repeat(step, 0).repeat(step, 1).repeat(step, 2)
     piece = _piece_at(lumen, lumen.mask & ~cut[tuple(map(slice, lumen.mask.shape))], root)
     if piece is None:
-        return _uncut(lumen, [*plates, *tubes])
+        return _uncut(lumen, [*plates, *tubes] or [thick])
     warn(STRANGER(width=2 * thick * lumen.spacing, share=1 - float(piece.sum() / lumen.mask.sum())))
     lost = lumen.mask & ~piece
     grey = np.where(lost, np.minimum(lumen.grey, lumen.threshold - 1e-6), lumen.grey)

@@ -60,7 +60,8 @@ class GroupAttribution:
         """
         rows = self.rows(quantity, kind)
         margins = [rows.groupby(level=level).mean() for level in ((0, 1) if self.of_groups else (1,))]
-        return _with_interval(rows.mean(), margins, self._image_variance(quantity, kind, rows.columns))
+        images = self._image_variance(quantity, kind, rows.columns)
+        return _with_interval(rows.mean(), margins, images, _of_partners(len(rows), *map(len, margins)))
 
     def rows(self, quantity: str, kind: str = "shares") -> pd.DataFrame:
         """Return the shares of every pair, or what is undone, a row each; what does not differ in a pair has 0."""
@@ -86,7 +87,16 @@ def difference_of_changes(group: GroupAttribution, reference: GroupAttribution, 
     return _with_interval(ours.mean() - theirs.mean(), [ours, theirs], np.zeros(len(columns)))
 
 
-def _with_interval(mean: pd.Series, margins: Sequence[pd.DataFrame], added: np.ndarray) -> pd.DataFrame:
+def _of_partners(pairs: int, befores: int, afters: int = 1) -> float:
+    """Return how many times the scatter of the means of animals exceeds that of the animals, as each is a mean over a
+    few partners that other animals do not have; 1 where all are exchanged with all.
+    """
+    return 1.0 if afters == 1 else 1 + min(befores / pairs - 1 / afters, afters / pairs - 1 / befores)
+
+
+def _with_interval(
+    mean: pd.Series, margins: Sequence[pd.DataFrame], added: np.ndarray, excess: float = 1.0
+) -> pd.DataFrame:
     """Return means with 95 % intervals by the scatter of animals, each kind with a row each, and an added variance."""
     from scipy.stats import t as student
 
@@ -96,7 +106,7 @@ def _with_interval(mean: pd.Series, margins: Sequence[pd.DataFrame], added: np.n
     freedoms = np.array([[len(of_animals) - 1] for of_animals in margins])
     scatter, by_freedom = variances.sum(axis=0), (variances**2 / freedoms).sum(axis=0)
     freedom = np.divide(scatter**2, by_freedom, where=by_freedom > 0, out=np.full(len(scatter), np.inf))
-    half = student.ppf((1 + LEVEL) / 2, freedom) * np.sqrt(scatter + added)
+    half = student.ppf((1 + LEVEL) / 2, freedom / excess) * np.sqrt(scatter / excess + added)
     return pd.DataFrame({"mean": mean, "low": mean - half, "high": mean + half})
 
 

@@ -25,8 +25,8 @@ _MAX_CROSSED_PAIRS = 80  # of all comparisons where a second factor crosses the 
 _MAX_VESSELS = 2400  # of all pairs; of large trees each animal stands in fewer pairs
 _IMAGE = "image"
 _REPEATED = (
-    "because animals were recorded more than once and no column says when: their pairs are not independent. Name the "
-    "columns `subject` and `occasion` in the design"
+    "because animals were recorded more than once and the design names no `occasion`: their pairs are not independent. "
+    "Name the columns `subject` and `occasion` in the design"
 )
 
 
@@ -62,9 +62,9 @@ def attributed(cohort: Cohort, family: Family | None = None) -> Cohort:
     family : Family, optional
         The primary comparison; fits of its wall law are exchanged.
     """
-    is_longitudinal = bool(cohort.design.subject and cohort.design.occasion and len(levels_of(cohort.second)) > 1)
+    is_longitudinal = bool(cohort.design.occasion and cohort.second and len(cohort.second.order) > 1)
     labels = _compared_cells(cohort)
-    if not labels or not (law := primary_law(cohort, family or Family())):
+    if not (labels or is_longitudinal) or not (law := primary_law(cohort, family or Family())):
         return cohort
     if is_longitudinal:
         changes = [_of_occasions(cohort, group, law) for group in cohort.groups]
@@ -92,7 +92,8 @@ def _compared_cells(cohort: Cohort) -> list[tuple[str, str]]:
 
 
 def _of_occasions(cohort: Cohort, group: str, law: str) -> GroupAttribution:
-    first, *_, last = levels_of(cohort.second)
+    assert cohort.second is not None
+    first, *_, last = cohort.second.order  # however many there are between
     recorded = list(_recorded_twice(cohort, group, first, last))
     states, failures = _states([result for pair in recorded for result in pair], law)
     pairs = [(states[before.name], states[after.name]) for before, after in recorded

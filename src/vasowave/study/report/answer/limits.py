@@ -26,17 +26,19 @@ def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[s
     drawn = posterior is not None and posterior.trusted
     return [
         *_image_pressure(cohort), *_residual(cohort, law), *_open(cohort, law, written), *_held(cohort, written),
-        *(assumed_errors(cohort.results, drawn) if cohort.single else ()), *_of_fits(cohort),
+        *(assumed_errors(cohort.results, drawn) if cohort.single else ()), *_of_fits(cohort, law),
     ]  # fmt: skip
 
 
-def _of_fits(cohort: Cohort) -> list[str]:
-    """Offer posteriors, with what they cost, where there is none."""
-    if any(result.laws[law].posterior is not None for result in cohort.results for law in result.laws):
+def _of_fits(cohort: Cohort, law: str) -> list[str]:
+    """Offer posteriors of the law that the answer stands on, with what they cost, where there is none."""
+    if any(result.laws[law].posterior is not None for result in cohort.calibrated(law)):
         return []
+    inference, scope = ("reference", "") if law == cohort.walls[0] else ("posterior", " and law")
     return [
-        "Posteriors weigh the error of the model, which intervals of fits and p do not (inference: reference in "
-        "study.yaml, --inference reference of vasowave fit), in three to ten seconds of a processor for an animal."
+        f"Posteriors weigh the error of the model, which intervals of fits and p do not (inference: {inference} in "
+        f"study.yaml, --inference {inference} of vasowave fit), in three to ten seconds of a processor for an "
+        f"animal{scope}."
     ]
 
 
