@@ -41,6 +41,16 @@ def test_before_and_after_are_described_apart(cohort):
         assert rows.loc[cell, ["mean", "SD", "n"]].tolist() == pytest.approx([np.mean(own), np.std(own, ddof=1), 3])
 
 
+@pytest.mark.parametrize("levels", [("vor", "nach"), ("nach", "vor")])
+def test_a_mean_stands_below_its_group_and_occasion_whichever_rows_come_first(levels):
+    turned = crossed_cohort(levels=levels)
+    for table in (data.hemodynamics(turned), *data.animals_table(turned)):
+        (row,) = (row for row in table.rows if row[0].startswith("mPAP"))
+        for cell, text in zip(table.header[1:], row[1:], strict=True):
+            own = pressures(turned, *cell.partition(" (")[0].split(", "))
+            assert float(text.split(" ± ")[0]) == pytest.approx(np.mean(own), rel=0.01), cell
+
+
 def test_a_mean_beside_points_is_that_of_its_occasion(cohort):
     means = group_means(cohort, "measured", "mPAP")
     assert list(means) == CELLS

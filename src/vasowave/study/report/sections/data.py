@@ -127,10 +127,12 @@ def hemodynamics(cohort: Cohort) -> Table:
 
 
 def _means(cohort: Cohort, data: pd.DataFrame) -> list[Row]:
-    """Return a row for each quantity of `describe`: its symbol, and mean ± SD of every group."""
+    """Return a row for each quantity of `describe`: its symbol, and mean ± SD of every group, in the header's order."""
+    texts = {(row["quantity"], row["group"]): mean_sd(row) for _, row in data.iterrows()}
+    written = symbols(cohort)
     return [
-        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in quantity_rows.iterrows()))
-        for label, quantity_rows in data.groupby("quantity", sort=False)
+        (with_unit(label, written), *(texts.get((label, cell), "–") for cell in cohort.cells))
+        for label in data["quantity"].unique()
     ]
 
 
