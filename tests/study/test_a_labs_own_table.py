@@ -52,6 +52,7 @@ def test_its_cells_become_columns_and_its_treatment_the_group(lab):
     added = add_files(lab / "study", [lab / "lab"])
     assert added.refused == ()
     expected(rows(lab))
+    assert "several" not in "; ".join([*added.said, *add_files(lab / "study", [lab / "lab"]).said])
     assert read_settings(lab / "study/study.yaml")[0].groups == ["sham", "MCT"]
     assert "a table of 4 animals, which tells group, weight [g], sex, date" in "; ".join(added.said)
     assert [problem for problem in check_study(lab / "study").problems if problem.error] == []
@@ -212,3 +213,17 @@ def test_groups_of_nearly_one_name_with_several_animals_each_are_two_groups(lab)
 
 def test_one_animal_of_a_group_of_another_name_is_no_slip(lab):
     assert [*slips(lab, "CTL", "CTL", "SuHx")] == ["animals.small-group"]
+
+
+def test_an_animal_of_several_recordings_is_a_subject_and_check_asks_for_its_design(lab):
+    for number, name in enumerate(("2026 R1 after", "2026 R10 after")):
+        cycle(lab / "lab", name, 1.33 + 0.05 * number)
+    added = add_files(lab / "study", [lab / "lab"])
+    assert "several recordings of R1 and R10: column subject" in "; ".join(added.said)
+    subjects = {row["animal"]: row["subject"] for row in read_rows(lab / "study/animals.csv").rows}
+    assert subjects == {
+        f"2026 {key} {when}": key
+        for key, when in [("R1", "after"), ("R1", "baseline"), ("R2", "baseline"), ("R10", "after"),
+                          ("R10", "baseline"), ("R11", "baseline")]
+    }  # fmt: skip
+    assert any("subject" in str(problem) for problem in check_study(lab / "study").problems)

@@ -61,21 +61,35 @@ def told_cells(
 ) -> list[str]:
     """Write what a lab's table of animals tells into new rows, and into empty cells of rows that were there.
 
-    Returns the animals of these that say more now.
+    An animal with several recordings is named in the column ``subject``. Returns the animals of rows that say more now.
     """
+    of_before = names_of(before)
+    subjects = subjects_of(sheet, [*(entry.names for entry in new), *of_before])
     for entry in new:
-        entry.cells.update({title: text for title, text in sheet.row_of(entry.names).items() if title != "group"})
+        told = dict(sheet.row_of(entry.names)) | _subject(subjects, entry.names)
+        entry.cells.update({title: text for title, text in told.items() if title != "group"})
     changed = []
-    for row, names in zip(before, names_of(before), strict=True):
-        fresh = {title: text for title, text in sheet.row_of(names).items() if text and not row.get(title)
+    for row, names in zip(before, of_before, strict=True):
+        told = dict(sheet.row_of(names)) | _subject(subjects, names)
+        fresh = {title: text for title, text in told.items() if text and not row.get(title)
                  and (title != "group" or text in groups)}  # fmt: skip
         row.update(fresh)
         changed += [row["animal"]] if fresh else []
     return changed
 
 
-def sheet_remark(sheet: AnimalSheet, names: Sequence[Sequence[str]]) -> str:
-    """Return what to say of a lab's table of animals, of which each row of a study may have some names."""
+def _subject(subjects: Mapping[tuple[str, ...], str], names: tuple[str, ...]) -> dict[str, str]:
+    return {"subject": subjects[names]} if names in subjects else {}
+
+
+def subjects_of(sheet: AnimalSheet, names: Sequence[tuple[str, ...]]) -> dict[tuple[str, ...], str]:
+    """Return by its names whose recording each is, where some animal has several; else nothing."""
+    subjects = {of_row: key for of_row in names if (key := sheet.animal_of(of_row)[0])}
+    return subjects if len({*subjects.values()}) < len(subjects) else {}
+
+
+def sheet_remark(sheet: AnimalSheet, names: Sequence[Sequence[str]], rows: Sequence[tuple[str, ...]]) -> str:
+    """Return what to say of a lab's table of animals: names of what is added or there, and those of each row once."""
     if not any(map(sheet.row_of, names)):
         ids = some_of([*sheet.rows], _MAX_NAMED_FILES)
         return f"{sheet.file.name}: a table of animals ({ids}), none of which any file here is called by"
@@ -86,7 +100,10 @@ def sheet_remark(sheet: AnimalSheet, names: Sequence[Sequence[str]]) -> str:
     remark = (
         f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}{guessed}"
     )
-    return "; ".join([remark, *sheet.taken])
+    counts = Counter(subjects_of(sheet, rows).values())
+    again = some_of([key for key, count in counts.items() if count > 1], _MAX_NAMED_FILES)
+    several = [f"several recordings of {again}: column subject"] if again else []
+    return "; ".join([remark, *sheet.taken, *several])
 
 
 def without_copies(new: Sequence[AddedRow], lookup: RecordingIndex) -> tuple[list[AddedRow], list[str]]:

@@ -169,8 +169,9 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     remarks += files.remarks
     in_sheets = [name for sheet in files.sheets for name in told_cells(sheet, new, before.rows, marks)]
     names = [*(entry.names for entry in entries), *names_of(before.rows)]
+    of_rows = [*(entry.names for entry in new), *names_of(before.rows)]
     recorded_files = {file for entry in entries for file in entry.recorded.files}  # whose other sheets may be notes
-    remarks += [sheet_remark(sheet, names) for sheet in files.sheets
+    remarks += [sheet_remark(sheet, names, of_rows) for sheet in files.sheets
                 if sheet.file not in recorded_files or any(map(sheet.row_of, names))]  # fmt: skip
     serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
