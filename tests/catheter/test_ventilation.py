@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vasowave.base import Severity, VasowaveWarning
-from vasowave.catheter import Disturbances, average_beats, synthetic_raw_recording
+from vasowave.catheter import Disturbances, RawRecording, average_beats, synthetic_raw_recording
 from vasowave.pulse import virtual_mouse
 from vasowave.pulse.cycle import Recording
 
@@ -115,3 +115,38 @@ def test_means_over_whole_breaths_are_said_beside_those_at_end_expiration_and_av
 def test_of_breaths_that_move_no_mean_nothing_is_said():
     average, _ = averaged(5, lambda phase: 0.0 * phase)
     assert not [finding for finding in average.findings if finding.code.startswith("recording.breath")]
+
+
+def breathing_rat(heart, breaths, ecg, share=0.05, seconds=10.0, rate=1000.0, seed=77):
+    """Return ten seconds of a Windkessel by formula, pressure and flow of which a breath lifts by a share, and truths.
+
+    Every beat is as long as the next, so that heart and breath may show each other's overtones.
+    """
+    rng, n, f = np.random.default_rng(seed), 4096, heart / 60
+    flow = np.where(np.arange(n) / n < 0.4, np.sin(np.pi * np.minimum(np.arange(n) / n / 0.4, 1)), 0.0) ** 1.3
+    impedance = 2.4 + 19.0 / (1 + 2j * np.pi * f * np.arange(n // 2 + 1) * 0.22)
+    pressure = 6.0 + np.fft.irfft(np.fft.rfft(1.25 * flow / flow.mean()) * impedance, n)
+    t = np.arange(int(seconds * rate)) / rate
+    phase, breath = (t * f + rng.random()) % 1, 1 + share * np.sin(2 * np.pi * breaths / 60 * t + 6 * rng.random())
+    signals = [
+        np.interp(phase, np.arange(n) / n, values, period=1) * breath
+        + 0.005 * values.mean() * rng.standard_normal(len(t))
+        for values in (pressure, 1.25 * flow / flow.mean())
+    ]
+    r_wave = np.exp(-((((phase + 0.47) % 1 - 0.5) / 0.012) ** 2)) + 0.01 * rng.standard_normal(len(t))
+    return RawRecording(*signals, rate, r_wave if ecg else None), 2 * share * pressure.mean(), pressure.mean()
+
+
+@pytest.mark.parametrize("ecg", [True, False])
+@pytest.mark.parametrize(("heart", "breaths"), [(302, 72), (340, 72), (371, 64), (455, 101)])
+def test_a_breath_is_as_high_and_fast_as_it_is_with_and_without_an_ecg(heart, breaths, ecg):
+    raw, height, mean = breathing_rat(heart, breaths, ecg)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        average = average_beats(raw)
+    (told,) = (one for one in average.findings if one.code == "recording.breath-without-plateau")
+    assert dict(told.values)["rate"] == pytest.approx(breaths, abs=1.0)
+    assert dict(told.values)["height"] == pytest.approx(height, rel=0.15)
+    (moved,) = (one for one in average.findings if one.code == "recording.breath-moves-flow")
+    assert dict(moved.values)["breath_pressure"] == pytest.approx(mean, rel=0.005)
+    assert average.recording.mean_pressure == pytest.approx(mean - height / 2, rel=0.01)

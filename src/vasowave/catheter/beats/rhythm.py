@@ -25,6 +25,9 @@ class RhythmRules:
     by_length : float
         Share of the flow's changes that are those of unusual beats, or explained by the lengths of beats, where the
         rhythm makes them.
+    flow_by_length : float
+        What lengths explain of the flow's changes is at most this many times their own changes, both as shares: a
+        breath that moves the feet, at which beats are cut without an ECG, seems to change the lengths, too.
     """
 
     remains: tuple[float, ...] = (0.1, 0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
@@ -32,6 +35,7 @@ class RhythmRules:
     max_gain: float = 1.3
     explains: float = 0.75
     by_length: float = 0.5
+    flow_by_length: float = 4.0
 
 
 RULES = RhythmRules()
@@ -94,10 +98,18 @@ def of_rhythm(
     led = led_by_flow(pressure, flow, used, rules)
     columns = np.stack([np.roll(lengths, lag) for lag in range(3)], axis=1)
     columns, changes = columns - columns.mean(axis=0), flow - flow.mean()
-    residual = (changes - columns @ np.linalg.lstsq(columns, changes, rcond=None)[0])[used]
+    of_lengths = columns @ np.linalg.lstsq(columns, changes, rcond=None)[0]
+    if _variation(of_lengths[used], flow) > rules.flow_by_length * _variation(lengths[used], lengths):
+        of_lengths = np.zeros(len(flow))
+    residual = (changes - of_lengths)[used]
     rhythmic = float(residual @ residual) < (1.0 - rules.by_length) * float(changes @ changes)
     leads = _explained(led, pressure, used) > rules.explains * _explained(breath, pressure, used)
     return led if rhythmic and leads else np.zeros(len(led))
+
+
+def _variation(changes: np.ndarray, values: np.ndarray) -> float:
+    """Return the SD of changes as a share of the mean of values."""
+    return float(np.std(changes)) / max(abs(float(np.mean(values))), 1e-300)
 
 
 def _explained(prediction: np.ndarray, pressure: np.ndarray, used: np.ndarray) -> float:
