@@ -211,6 +211,11 @@ def test_groups_of_nearly_one_name_with_several_animals_each_are_two_groups(lab)
     assert slips(lab, "CTL", "CTL", "CTR", "CTR", "HPH", "HPH") == {}
 
 
+def test_two_recordings_of_a_misspelt_group_beside_six_are_asked_about(lab):
+    slip = slips(lab, *["vehicle"] * 6, "vehcile", "vehcile")["animals.group-slip"]
+    assert "'vehcile' in 6 rat and 7 rat alone, 'vehicle' in 6: did you mean 'vehicle'?" in str(slip)
+
+
 def test_one_animal_of_a_group_of_another_name_is_no_slip(lab):
     assert [*slips(lab, "CTL", "CTL", "SuHx")] == ["animals.small-group"]
 

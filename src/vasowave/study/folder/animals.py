@@ -428,6 +428,16 @@ def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[StudyProblem]:
     return duplicates
 
 
+def _likely_group(label: str, sizes: Mapping[str, int]) -> str:
+    """Return the group that is meant perhaps by one of a row, or of two where the other has three times as many."""
+    few = sizes[label]
+    return (
+        ""
+        if few > 2
+        else likely_word(label, [group for group in sizes if sizes[group] >= (2 if few == 1 else 3 * few)])
+    )
+
+
 def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -> list[StudyProblem]:
     sizes = Counter(row.group for row in rows)
     problems = []
@@ -436,13 +446,12 @@ def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -
         rows_of_group = [row for row in rows if row.group == label]
         if not rows_of_group:
             problems.append(StudyProblem(EMPTY_GROUP(group=label, remaining=remaining).at(str(path))))
+        elif common := _likely_group(label, sizes):
+            names = tuple(row.animal for row in rows_of_group)
+            finding = GROUP_SLIP(
+                group=label, animal=" and ".join(names), common=common, count=sizes[common], remaining=remaining
+            ).at(str(path), line=rows_of_group[0].line, part="column 'group'")
+            problems.append(StudyProblem(finding, also=names))
         elif len(rows_of_group) == 1:
-            (row,) = rows_of_group
-            common = likely_word(label, [group for group in groups if sizes[group] > 1])
-            finding = SMALL_GROUP(group=label)
-            if common:
-                finding = GROUP_SLIP(
-                    group=label, animal=row.animal, common=common, count=sizes[common], remaining=remaining
-                ).at(line=row.line, part="column 'group'")
-            problems.append(StudyProblem(finding.at(str(path)), also=(row.animal,) if common else ()))
+            problems.append(StudyProblem(SMALL_GROUP(group=label).at(str(path))))
     return problems
