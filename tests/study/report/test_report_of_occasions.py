@@ -13,8 +13,15 @@ from approval import approve, artists
 from made_cohort import crossed_cohort
 from vasowave.study.cohort import Family, attribution_table, group_means, primary_comparison
 from vasowave.study.figures import hemodynamics_figure, means_figure, style, waveforms_figure
-from vasowave.study.report import page, report_of
-from vasowave.study.report.answer import animals_of, attribution_answer, attribution_summary, decay, design_text
+from vasowave.study.report import caller, page, report_of
+from vasowave.study.report.answer import (
+    animals_of,
+    attribution_answer,
+    attribution_summary,
+    decay,
+    design_text,
+    group_answer,
+)
 from vasowave.study.report.sections import data, methods_section, primary_tables
 from vasowave.study.results import attributed
 
@@ -206,3 +213,21 @@ def test_the_page_says_which_parts_made_the_change_and_they_add_up(cohort):
     of_group = table[(table["group"] == "Kontrolle Süd") & (table["quantity"] == "mPAP")]
     assert made.loc["beds", "mean"] == pytest.approx(of_group["beds"].mean())
     assert made.loc["beds", "high"] == pytest.approx(stats.ttest_1samp(of_group["beds"], 0).confidence_interval().high)
+
+
+def test_where_followed_groups_are_shown_to_change_unlike_their_averages_do_not_lead(cohort):
+    undecided = primary_comparison(cohort, Family(quantities=("mPAP",)))
+    assert "on average over" in lead_of(cohort, undecided)
+    shown = replace(undecided, effects=tuple(
+        replace(effect, p=0.001, ratio=0.7, low=0.6, high=0.8) if effect.contrast.kind == "interaction" else effect
+        for effect in undecided.effects
+    ))  # fmt: skip
+    lead = lead_of(cohort, shown)
+    assert lead.startswith("Lower mean pressure (× 0.7")
+    assert "in the ratio" in lead
+    assert "on average over" not in lead
+
+
+def lead_of(cohort, primary):
+    """Return the sentences that answer the question of a study."""
+    return group_answer(primary, caller(cohort)).items()[0][1]

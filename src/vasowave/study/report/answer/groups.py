@@ -66,8 +66,9 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     if not effects:
         return StudyAnswer([], [], [])
     averaged = _averaged(effects)
-    by_contrast = grouped(sorted(effects, key=_place_in_lead(effects)), lambda effect: effect.contrast)
-    brief = len(by_contrast) > 1
+    effects = tuple(sorted(effects, key=_place_in_lead(effects)))
+    by_contrast = grouped(_leading(effects), lambda effect: effect.contrast)
+    brief = len(grouped(effects, lambda effect: effect.contrast)) > 1
     first = [_first(of_contrast, called, averaged, brief) for of_contrast in by_contrast.values()]
     questions: dict[str, list[str]] = {}
     for (question, _), asked in grouped(effects, lambda effect: (effect.question, effect.contrast)).items():
@@ -95,6 +96,13 @@ def _place_in_lead(effects: Sequence[Effect]) -> Callable[[Effect], int]:
                    for effect in effects)  # fmt: skip
     order = ("interaction", "factor") if followed else ()
     return lambda effect: order.index(effect.contrast.kind) if effect.contrast.kind in order else len(order)
+
+
+def _leading(effects: Sequence[Effect]) -> Sequence[Effect]:
+    """Return the effects of the lead: where followed groups are shown to change unlike, their averages stand below."""
+    unlike = [effect for effect in effects if effect.contrast.kind == "interaction"]
+    followed = bool(effects) and effects[0].contrast.kind == "interaction"
+    return unlike if followed and EffectVerdict.SHOWN in by_standing(unlike) else effects
 
 
 def _first(effects: Sequence[Effect], called: Called, averaged: str, brief: bool) -> str:
