@@ -70,13 +70,15 @@ def test_the_measured_decay_is_said_of_each_occasion(cohort):
     assert all(f"s in {group} ({level})" in said for group, level in (cell.split(", ") for cell in CELLS))
 
 
-def test_animals_are_shown_at_the_same_occasion_in_every_group(cohort):
+def test_animals_are_shown_at_the_same_occasion_in_every_group(cohort, primary):
     assert [one.name[-3:] for one in cohort.shown.values()] == ["vor", "vor"]
     assert cohort.name("Hypoxie Öst").endswith("(Hypoxie Öst, time vor)")
     turned = crossed_cohort(levels=("nach", "vor"))  # 'vor' came first, wherever it stands
     assert [one.name.split()[-1] for one in turned.shown.values()] == ["vor", "vor"]
     other = crossed_cohort(levels=("zweite", "erste"))  # of other words the table's first
     assert [one.name.split()[-1] for one in other.shown.values()] == ["zweite", "zweite"]
+    impedance = {one.name: one.caption for one in report_of(cohort, primary, Family()).drawings()}["Impedance"]
+    assert impedance.endswith("Drawn are the recordings at time vor.")
 
 
 def test_a_line_joins_the_recordings_of_one_animal(cohort):

@@ -184,7 +184,7 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
         means = (
             "Measured impedance: mean (of the modulus the geometric one) and SD (band) of each group's animals at each "
             "harmonic whose flow is above its noise in all of them, over its mean frequency."
-        )
+        ) + (f" Drawn are the recordings at {cohort.shown_at}." if cohort.shown_at else "")
         waves.append(Drawing("Impedance", means, impedances_figure(cohort)))
     if not law:
         return waves, []
