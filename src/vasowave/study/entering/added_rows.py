@@ -66,12 +66,12 @@ def told_cells(
     of_before = names_of(before)
     subjects = subjects_of(sheet, [*(entry.names for entry in new), *of_before])
     for entry in new:
-        told = dict(sheet.row_of(entry.names)) | _subject(subjects, entry.names)
-        entry.cells.update({title: text for title, text in told.items() if title != "group"})
+        cells = dict(sheet.row_of(entry.names)) | _subject(subjects, entry.names)
+        entry.cells.update({title: text for title, text in cells.items() if title != "group"})
     changed = []
     for row, names in zip(before, of_before, strict=True):
-        told = dict(sheet.row_of(names)) | _subject(subjects, names)
-        fresh = {title: text for title, text in told.items() if text and not row.get(title)
+        cells = dict(sheet.row_of(names)) | _subject(subjects, names)
+        fresh = {title: text for title, text in cells.items() if text and not row.get(title)
                  and (title != "group" or text in groups)}  # fmt: skip
         row.update(fresh)
         changed += [row["animal"]] if fresh else []
@@ -101,8 +101,8 @@ def sheet_remark(sheet: AnimalSheet, names: Sequence[Sequence[str]], rows: Seque
         f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}{guessed}"
     )
     counts = Counter(subjects_of(sheet, rows).values())
-    again = some_of([key for key, count in counts.items() if count > 1], _MAX_NAMED_FILES)
-    several = [f"several recordings of {again}: column subject"] if again else []
+    repeated = some_of([key for key, count in counts.items() if count > 1], _MAX_NAMED_FILES)
+    several = [f"several recordings of {repeated}: column subject"] if repeated else []
     return "; ".join([remark, *sheet.taken, *several])
 
 

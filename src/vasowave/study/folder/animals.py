@@ -430,11 +430,11 @@ def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[StudyProblem]:
 
 def _likely_group(label: str, sizes: Mapping[str, int]) -> str:
     """Return the group that is meant perhaps by one of a row, or of two where the other has three times as many."""
-    few = sizes[label]
+    count = sizes[label]
     return (
         ""
-        if few > 2
-        else likely_word(label, [group for group in sizes if sizes[group] >= (2 if few == 1 else 3 * few)])
+        if count > 2
+        else likely_word(label, [group for group in sizes if sizes[group] >= (2 if count == 1 else 3 * count)])
     )
 
 
