@@ -431,11 +431,10 @@ def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[StudyProblem]:
 def _likely_group(label: str, sizes: Mapping[str, int]) -> str:
     """Return the group that is meant perhaps by one of a row, or of two where the other has three times as many."""
     count = sizes[label]
-    return (
-        ""
-        if count > 2
-        else likely_word(label, [group for group in sizes if sizes[group] >= (2 if count == 1 else 3 * count)])
-    )
+    if count > 2:
+        return ""
+    enough = 2 if count == 1 else 3 * count
+    return likely_word(label, [group for group, size in sizes.items() if size >= enough])
 
 
 def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -> list[StudyProblem]:
