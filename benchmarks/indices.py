@@ -8,7 +8,6 @@ truth: powers and energies as sums over harmonics, slopes of a cycle of 8192 sam
 behind the ejection, and the times that the formula has. A notch that is not there is right where none is told.
 """
 
-import argparse
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 import vasowave as vw
-from robustness_page import put, shown
+from robustness_page import main_of_table
 from vasowave.base.species import heart_rates_of
 from vasowave.catheter.signals import RawRecording
 
@@ -164,16 +163,5 @@ def table(count: int) -> Iterator[str]:
         yield f"| {' | '.join(cells)} |"
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("count", type=int, nargs="?", default=100)
-    parser.add_argument("--docs", action="store_true")
-    options = parser.parse_args()
-    text = shown(table(options.count))
-    if options.docs:
-        put("indices", text, PAGE)
-
-
 if __name__ == "__main__":
-    main()
+    main_of_table(__doc__ or "", "indices", PAGE, table, 100)

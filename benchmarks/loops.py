@@ -6,7 +6,6 @@ Each row has four species, mouse to human, left and right, 200 to 2000 samples/s
 to 1 % of the pulse. Constants were chosen with the shapes that the table calls seen, not with the others.
 """
 
-import argparse
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from robustness_page import put, shown
+from robustness_page import main_of_table
 from vasowave.pulse.analysis import pressure_volume
 from vasowave.pulse.cycle import PressureVolume
 
@@ -62,16 +61,5 @@ def table(each: int) -> Iterator[str]:
             yield row(kind, shapes, each)
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("each", type=int, nargs="?", default=6)
-    parser.add_argument("--docs", action="store_true")
-    options = parser.parse_args()
-    text = shown(table(options.each))
-    if options.docs:
-        put("loops", text, ROOT / "docs" / "coverage.md")
-
-
 if __name__ == "__main__":
-    main()
+    main_of_table(__doc__ or "", "loops", ROOT / "docs" / "coverage.md", table, 6)

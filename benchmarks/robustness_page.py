@@ -1,7 +1,8 @@
 """Tables that programs put into docs/robustness.md, each between marks with its name."""
 
+import argparse
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 PAGE = Path(__file__).parents[1] / "docs" / "robustness.md"
@@ -30,3 +31,14 @@ def shown(lines: Iterable[str]) -> str:
         print(line, flush=True)
         made.append(line)
     return "\n".join(made)
+
+
+def main_of_table(doc: str, name: str, page: Path, table: Callable[[int], Iterable[str]], count: int) -> None:
+    """Print a table of so many cases of a kind, by default `count`, and put it into its page if that is asked for."""
+    parser = argparse.ArgumentParser(description=doc.partition("\n")[0])
+    parser.add_argument("count", type=int, nargs="?", default=count)
+    parser.add_argument("--docs", action="store_true")
+    options = parser.parse_args()
+    text = shown(table(options.count))
+    if options.docs:
+        put(name, text, page)

@@ -117,15 +117,21 @@ def _in_stretch(time: np.ndarray, level: np.ndarray) -> tuple[float, np.ndarray,
             if len(values) * np.log(faster_squares / squares) < _MAX_DEVIANCE_LOSS:
                 rate, squares = faster, faster_squares
                 break
-    coefficients = _fit(time, values, rate)
-    # Beats cannot tell an overtone from the slower wave that they show of it, which is a breath by itself.
-    overtone = 1 + int(np.argmax((coefficients[1:].reshape(2, -1) ** 2).sum(axis=0)))
-    slower = abs(overtone * rate - round(overtone * rate * beat) / beat)
-    if overtone > 1 and rates[0] <= slower < fastest:
-        shown, shown_squares = _nearest(time, values, slower + offsets)
-        if len(values) * np.log(shown_squares / squares) < _MAX_DEVIANCE_LOSS:
-            rate, squares, coefficients = shown, shown_squares, _fit(time, values, shown)
-    return rate, coefficients, 2.0 * squares / len(values) ** 2
+    slower = _shown_by_beats(_fit(time, values, rate), rate, beat)
+    if rates[0] <= slower < fastest:
+        slower, slower_squares = _nearest(time, values, slower + offsets)
+        if len(values) * np.log(slower_squares / squares) < _MAX_DEVIANCE_LOSS:
+            rate, squares = slower, slower_squares
+    return rate, _fit(time, values, rate), 2.0 * squares / len(values) ** 2
+
+
+def _shown_by_beats(coefficients: np.ndarray, rate: float, beat: float) -> float:
+    """Return the rate of the wave that beats of one length show of a breath's strongest overtone; 0 if it has none.
+
+    They cannot tell the overtone from that wave, which is a breath by itself.
+    """
+    strongest = 1 + int(np.argmax((coefficients[1:].reshape(2, -1) ** 2).sum(axis=0)))
+    return abs(strongest * rate - round(strongest * rate * beat) / beat) if strongest > 1 else 0.0
 
 
 def _nearest(time: np.ndarray, values: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
