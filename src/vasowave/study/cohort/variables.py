@@ -156,7 +156,7 @@ class Variable:
             same = [
                 candidate
                 for candidate in counts
-                if _plain(candidate) == _plain(value) and candidate not in (value, *twins)
+                if without_case(candidate) == without_case(value) and candidate not in (value, *twins)
             ]
             if same:
                 twins.add(value)
@@ -185,14 +185,15 @@ class Variable:
                 if abs(math.log(value / middle)) > max(math.log(_MAX_MEDIAN_RATIO), 6 * spread)]  # fmt: skip
 
 
-def _plain(word: str) -> str:
+def without_case(word: str) -> str:
+    """Return a word without capitals and blanks, in which spellings of one word are alike."""
     return "".join(word.casefold().split())
 
 
 def likely_word(word: str, candidates: Sequence[str]) -> str:
     """Return the word that is meant perhaps: one of nearly the same letters, or one that it lengthens or cuts."""
-    originals = {_plain(candidate): candidate for candidate in candidates}
-    plain = _plain(word)
+    originals = {without_case(candidate): candidate for candidate in candidates}
+    plain = without_case(word)
     longer = [spelling for spelling in originals if spelling.startswith(plain) or plain.startswith(spelling)]
     close = get_close_matches(plain, originals, n=1, cutoff=_MIN_WORD_SIMILARITY if len(word) > 2 else 1.0)
     for spelling in (*close, *longer):

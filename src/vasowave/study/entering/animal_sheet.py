@@ -12,6 +12,7 @@ from vasowave.base.io.columns import Columns, number, read_columns, split_unit
 from vasowave.catheter.read.subject_rows import sample_columns
 from vasowave.catheter.read.wedge import is_wedge
 from vasowave.catheter.signals.signal import ALIASES
+from vasowave.study.cohort.variables import without_case
 from vasowave.study.entering.grouping import is_reference, within, words
 from vasowave.study.folder.animals import columns_of
 from vasowave.study.folder.names import checked_name
@@ -119,8 +120,8 @@ def _unified_groups(rows: Mapping[str, Mapping[str, str]]) -> tuple[dict[str, di
     counts = Counter(row["group"] for row in rows.values() if row.get("group"))
     spellings: dict[str, str] = {}
     for word, _ in counts.most_common():
-        spellings.setdefault("".join(word.casefold().split()), word)
-    usual = {word: spellings["".join(word.casefold().split())] for word in counts}
+        spellings.setdefault(without_case(word), word)
+    usual = {word: spellings[without_case(word)] for word in counts}
     remarks = [f"the group '{word}' was taken for '{common}'" for word, common in usual.items() if word != common]
     return {key: {**row, **({"group": usual[row["group"]]} if row.get("group") else {})}
             for key, row in rows.items()}, remarks  # fmt: skip
