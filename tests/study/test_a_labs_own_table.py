@@ -216,6 +216,11 @@ def test_two_recordings_of_a_misspelt_group_beside_six_are_asked_about(lab):
     assert "'vehcile' in 6 rat and 7 rat alone, 'vehicle' in 6: did you mean 'vehicle'?" in str(slip)
 
 
+def test_two_recordings_of_a_group_with_swapped_letters_are_asked_about_beside_as_many(lab):
+    found = slips(lab, "vehicle", "vehicle", "vehcile", "vehcile", "drug", "drug", "drug", "drug")
+    assert "did you mean" in str(found["animals.group-slip"])
+
+
 def test_one_animal_of_a_group_of_another_name_is_no_slip(lab):
     assert [*slips(lab, "CTL", "CTL", "SuHx")] == ["animals.small-group"]
 

@@ -429,12 +429,14 @@ def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[StudyProblem]:
 
 
 def _likely_group(label: str, sizes: Mapping[str, int]) -> str:
-    """Return the group that is meant perhaps by one of a row, or of two where the other has three times as many."""
+    """Return the group that is meant perhaps by one of a row, or of two where the other has three times as many or
+    the same letters in another order."""
     count = sizes[label]
     if count > 2:
         return ""
     enough = 2 if count == 1 else 3 * count
-    return likely_word(label, [group for group, size in sizes.items() if size >= enough])
+    is_swapped = {group: sorted(group.casefold()) == sorted(label.casefold()) for group in sizes if group != label}
+    return likely_word(label, [group for group, swapped in is_swapped.items() if swapped or sizes[group] >= enough])
 
 
 def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -> list[StudyProblem]:
