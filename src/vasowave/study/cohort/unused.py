@@ -90,8 +90,10 @@ UNIT_CONFOUNDED = look_kind(
 AGAIN = look_kind(
     "design.subject-unused",
     "'{column}' has one word in several rows, which count as different animals: {table}; {remedy}",
-    "if they are of one animal, name the column as subject (and crossover: true where it was in one group after the "
-    "other); if numbers begin anew in each group, give each animal a word of its own",
+    "if they are of one animal, name the column as subject of the design, and the column that says before or after as "
+    "its occasion (or crossover: true where it was in one group after the other); if numbers begin anew in each group, "
+    "give each animal a word of its own",
+    SetSetting("Recordings of one {column} are of one animal", "design.subject", "{column}"),
 )
 
 
