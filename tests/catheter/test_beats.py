@@ -264,3 +264,14 @@ def test_a_recording_of_mostly_inspiration_warns_of_the_breath_and_asks_for_no_q
     with pytest.warns(VasowaveWarning) as told:
         average_beats(made.raw)
     assert {one.message.finding.code for one in told} == {"recording.breath-without-plateau"}
+
+
+@pytest.mark.parametrize(("heart", "width"), [(280, 4.5), (320, 5.6), (400, 5.6), (550, 4.5), (620, 3.0)])
+def test_a_broad_r_wave_is_marked_at_one_place_in_every_beat(heart, width):
+    """Either slope of it may be the strongest: marks that take turns are ten milliseconds apart."""
+    rng, t = np.random.default_rng(heart), np.arange(8000) / 1000.0
+    phase = (t * heart / 60 + 0.3) % 1
+    complex_ = np.exp(-0.5 * ((phase - 0.5) * 60e3 / heart / width) ** 2) + 0.01 * rng.standard_normal(len(t))
+    signal = np.maximum(0.0, np.sin(2 * np.pi * phase))
+    beats = find_beats(RawRecording(10 + 10 * signal, signal, 1000.0, complex_), "ecg", (180, 900)).times
+    assert np.std(np.diff(beats)) < 0.0005

@@ -40,6 +40,11 @@ class BeatRules:
     min_signal_to_noise : float
         What is found there is this many times as strong as the signal is half of the time: an ECG hums between its
         beats.
+    wide_reach : float
+        A longer piece of the ECG about each beat is so many times as long: either slope of a broad complex may be the
+        strongest, and a short piece cannot tell which.
+    steadier : float
+        It is taken where beats then jitter less than this share of before.
     """
 
     refractory_share: float = 0.55
@@ -49,6 +54,8 @@ class BeatRules:
     min_between_strength: float = 0.4
     max_interval_lengths: float = 1.6
     min_signal_to_noise: float = 3.0
+    wide_reach: float = 2.5
+    steadier: float = 0.5
 
 
 RULES = BeatRules()
@@ -153,6 +160,10 @@ def _find_by(raw: RawRecording, fiducial: str, heart_rates: tuple[float, float])
     length, peaks = _without_subharmonic(strength, length, raw.sampling_rate * 60.0 / heart_rates[1])
     half = round(reach * raw.sampling_rate) if reach else round(0.2 * length)
     times, shape_of_beat = _align(shape, peaks, max(half, 3))
+    if fiducial == "ecg":
+        wide_times, wide_shape = _align(shape, peaks, round(RULES.wide_reach * max(half, 3)))
+        if _jitter(wide_times) < RULES.steadier * _jitter(times):
+            times, shape_of_beat = wide_times, wide_shape
     offset = _extremum(shape_of_beat) if fiducial == "ecg" else -_foot_before(raw, times, length)
     times = times + offset
     times = times[(times >= 0) & (times <= len(shape) - 1)] / raw.sampling_rate
@@ -253,6 +264,14 @@ def _align(shape: np.ndarray, peaks: np.ndarray, half: int) -> tuple[np.ndarray,
         template = np.median(shape[centres[:, None] + np.arange(-half, half + 1)], axis=0)
         times = _best_matches(shape, template, np.rint(times).astype(int), half)
     return times, template
+
+
+def _jitter(times: np.ndarray) -> float:
+    """Return how much the length of a beat differs from that of the one before, in the median; infinite of few beats.
+
+    A rhythm changes it alike wherever in a beat its marks stand.
+    """
+    return float(np.median(np.abs(np.diff(times, 2)))) if len(times) > 2 else np.inf
 
 
 def _best_matches(shape: np.ndarray, template: np.ndarray, centres: np.ndarray, half: int) -> np.ndarray:
