@@ -218,7 +218,7 @@ def test_a_structure_whose_rate_contradicts_another_or_is_none_is_refused(tmp_pa
     with pytest.raises(InputError, match=r"channel 'PAP': different rates are said"):
         read_raw_recording(tmp_path / "a.mat")
     savemat(tmp_path / "b.mat", {"a": structure("PAP", "mmHg", PRESSURE, RATE) | {"interval": 0.0}})
-    with pytest.raises(InputError, match="'0' is no rate or interval between samples"):
+    with pytest.raises(InputError, match="'0' is not a rate or interval between samples"):
         read_raw_recording(tmp_path / "b.mat")
 
 
@@ -237,7 +237,7 @@ def test_the_rate_of_a_structure_stands_in_it_or_around_it(tmp_path, clock):
 
 
 def test_structures_that_begin_apart_or_write_words_for_a_rate_are_refused(tmp_path):
-    for fields, message in (({"start": 0.5}, "begin at different times"), ({"fs": "1 kHz"}, "'1 kHz' is no rate")):
+    for fields, message in (({"start": 0.5}, "begin at different times"), ({"fs": "1 kHz"}, "'1 kHz' is not a rate")):
         channels = {"a": structure("PAP", "mmHg", PRESSURE, RATE, start=0.0),
                     "b": structure("flow", "ml/s", FLOW, RATE) | fields}  # fmt: skip
         savemat(tmp_path / "a.mat", channels)

@@ -1,4 +1,4 @@
-"""Files of pressure and volume of a ventricle: which channels, which units, and a conductance that is no volume yet."""
+"""Files of pressure and volume of a ventricle: channels, units, and a conductance that is not a volume yet."""
 
 import numpy as np
 import pytest

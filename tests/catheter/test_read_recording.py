@@ -147,7 +147,7 @@ SKIPPED = np.where(np.arange(256) >= 100, TIME + PERIOD / 256, TIME)
 @pytest.mark.parametrize(
     ("change", "kwargs", "message"),
     [
-        ({"pressure [mmHg]": GAP}, {}, r"line 42, column 'pressure': nan is no finite number"),
+        ({"pressure [mmHg]": GAP}, {}, r"line 42, column 'pressure': nan is not a finite number"),
         ({"time [s]": SKIPPED}, {}, r"line 102, column 'time': uneven sampling"),
         ({"time [s]": TIME[::-1]}, {}, "line 3, column 'time': time does not increase"),
         ({"pressure [mmHg]": PRESSURE * 0.133322}, {}, "looks like kPa"),

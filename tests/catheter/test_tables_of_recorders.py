@@ -443,7 +443,7 @@ def test_a_rate_of_breaths_is_no_period_and_a_period_no_heart_rate(tmp_path):
         read_recording(path, subject_row="CTL 1")
     assert "not a unit of time" not in str(refusal.value)
     path = written_subjects(tmp_path / "all.csv", "heart rate [ms]")
-    with pytest.raises(InputError, match=r"all\.csv: column 'heart rate \[ms\]': 'ms' is no unit of a rate"):
+    with pytest.raises(InputError, match=r"all\.csv: column 'heart rate \[ms\]': 'ms' is not a unit of a rate"):
         read_recording(path, subject_row="CTL 1")
 
 

@@ -69,7 +69,7 @@ def test_a_file_without_time_takes_the_period_of_the_recording(tmp_path):
     [
         (np.zeros(10), 0.1, "32 samples"),
         (np.zeros(64), 0.1, "hardly|changes by 0"),
-        (np.full(64, np.nan), 0.1, "sample 1 is no finite number"),
+        (np.full(64, np.nan), 0.1, "sample 1 is not a finite number"),
         (np.arange(64.0), 0.0, "positive"),
     ],
 )

@@ -75,5 +75,5 @@ def test_a_sheet_is_named_of_the_workbook_of_a_pair(tmp_path):
     text = tmp_path / "q.csv"
     text.write_text("\n".join(",".join(map(str, row)) for row in halves[1]) + "\n")
     assert read_raw_recording(book, text, sheet="P").pressure.mean() == pytest.approx(15, rel=0.01)
-    with pytest.raises(InputError, match="is no workbook and has no sheet 'P'"):
+    with pytest.raises(InputError, match="is not a workbook and has no sheet 'P'"):
         read_raw_recording(text, text, sheet="P")

@@ -47,6 +47,11 @@ def test_the_help_of_a_fit_shows_a_dozen_settings_and_the_way_to_all_others():
         (["bounds.beta=10:400", "bounds.gamma=3:1"], ["--bounds", "beta=10:400", "--bounds", "gamma=3:1"]),
         (["zero [mmHg]=low"], ["--zero", "low"]),
         (["channel.presure=a"], ["--channel", "presure=a"]),
+        (["flow unit=ml/h/h"], ["--unit", "flow=ml/h/h"]),
+        (["hematocrit [1]=45"], ["--hematocrit", "45"]),
+        (["zero after [mmHg]=low"], ["--zero-after", "low"]),
+        (["flow gain sd=-1"], ["--flow-gain-sd", "-1"]),
+        (["image pressure [mmHg]=x"], ["--image-pressure", "x"]),
     ],
 )
 def test_a_setting_by_its_key_is_that_of_its_option(tmp_path, by_key, by_option):

@@ -104,5 +104,5 @@ def test_offsets_that_do_not_agree_are_refused(cells, said):
 def test_other_data_than_lines_are_refused():
     with pytest.raises(InputError, match="not PolyData"):
         parse_legacy(b"# vtk DataFile Version 3.0\ntitle\nASCII\nDATASET STRUCTURED_POINTS\n")
-    with pytest.raises(ValueError, match="'-1' is no count"):
+    with pytest.raises(ValueError, match="'-1' is not a count"):
         parsed("LINES -1 5\n")

@@ -1,4 +1,4 @@
-"""What is no vessel: dark inclusions within the lumen, tubes and plates that hang together with it."""
+"""What is not a vessel: dark inclusions within the lumen, tubes and plates that hang together with it."""
 
 import warnings
 

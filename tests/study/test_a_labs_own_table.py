@@ -1,4 +1,4 @@
-"""A lab's own table of animals (ID, treatment, weight, sex) is read by `add` and by dropping, and is no recording."""
+"""A table of animals of a lab (ID, treatment, weight, sex) is read by `add` and by dropping, not as a recording."""
 
 import numpy as np
 import openpyxl

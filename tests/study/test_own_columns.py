@@ -362,7 +362,7 @@ def test_a_mouse_without_an_occasion_that_others_have_is_named_with_its_line(tmp
             "design.same-occasion",
             "line 3, column 'litter': mouse 'M0' stands at litter L0 in lines 2 and 3, ",
         ),
-        ("blocks: [group]", "setting.at-odds", "'group' is no column of the lab's own"),
+        ("blocks: [group]", "setting.at-odds", "'group' is not a column of the lab's own"),
         ("subject: animal", "setting.at-odds", "'animal' names each row; give a column"),
     ],
 )

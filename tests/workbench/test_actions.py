@@ -114,7 +114,7 @@ def test_a_recording_that_was_exported_anew_is_mended_by_the_same_click(study):
         ({"do": "add-column", "title": "weight (g)"}, r"would be read as 'weight \[g\]'; write it"),
         ({"do": "remove-column", "title": "group"}, "no column 'group' of your own in animals.csv"),
         ({"do": "remove-animal", "animal": "m3"}, "there is no animal 'm3' in animals.csv"),
-        ({"do": "set-setting", "key": "title", "value": "a\nb"}, "is no key with a value"),
+        ({"do": "set-setting", "key": "title", "value": "a\nb"}, "is not a key with a value"),
         ({"do": "edit-beats", "animal": "mouse_c1", "edits": [["keep", 1.0, 2.0]]}, "a beat is moved to a time, and"),
         ({"do": "undo"}, "there is nothing to undo"),
         ({"do": "edit-tree", "image": "i", "action": "move", "point": [1, 2, 3]}, "a move has a place to go to"),

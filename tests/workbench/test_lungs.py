@@ -98,7 +98,7 @@ def test_edits_that_are_no_text_are_named_and_stay(at, lab):
         lambda: do(at, "edit-tree", action="root", point=ROOT),
         lambda: do(at, "forget-edit", line=2, text="root 1 2 3"),
     ):
-        with pytest.raises(InputError, match=r"mouse 6\.txt: is no text in UTF-8; save it as that"):
+        with pytest.raises(InputError, match=r"mouse 6\.txt: is not a text in UTF-8; save it as that"):
             wrong()
     assert path.read_bytes() == content
 

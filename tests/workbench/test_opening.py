@@ -1,4 +1,4 @@
-"""What `vasowave open` makes of a folder that is no study."""
+"""What `vasowave open` makes of a folder that is not a study."""
 
 import pytest
 

@@ -151,7 +151,7 @@ def read_right_heart(path: str | Path) -> tuple[RightHeart, ...]:
     ------
     InputError
         File and line of: no mean or no cardiac output, a quantity that is not known, a unit that is missing or another
-        quantity's, a cell that is no number; what `RightHeart` refuses.
+        quantity's, a cell that is not a number; what `RightHeart` refuses.
 
     Examples
     --------

@@ -173,8 +173,7 @@ def _fit_inputs(
         return stored.stored_law(result, choice.wall), *measured, sites, stored.stored_settings(result)
     cells = row_cells(options)
     settings = read_settings(options, "posterior", "animal")
-    loaded = models.animal_from(network, recording, cells, settings)
-    chosen = folders.animal_settings(settings)
+    loaded, chosen = models.animal_from(network, recording, cells, settings)
     chosen = replace(chosen, beds=choice.bed or chosen.beds)
     law = laws.find_law(choice.wall or chosen.walls[0])
     return (law.law().name, law), loaded.network, loaded.recording, loaded.sites, chosen

@@ -158,7 +158,7 @@ def numerics_from(refinement: Refinement) -> "vw.Numerics":
 def _nominal(subject: Subject, choice: ModelChoice, blood: "vw.Blood") -> "tuple[vw.Model, vw.Recording]":
     cells = {} if choice.period is None else {"period [s]": repr(choice.period)}
     settings = folders.StudyFile(species=known_species(choice.species))
-    animal = animal_from(subject.network, subject.recording or [], cells, settings)
+    animal, _ = animal_from(subject.network, subject.recording or [], cells, settings)
     nominal = vw.estimate_nominal(animal.network, animal.recording, blood, laws.find_bed(choice.bed or "windkessel"))
     law = laws.find_law(choice.wall or "linear")
     model = vw.Model(animal.network, nominal.wall(law), nominal.outlets, blood, nominal.outlet_pressure,
@@ -168,8 +168,9 @@ def _nominal(subject: Subject, choice: ModelChoice, blood: "vw.Blood") -> "tuple
 
 def animal_from(
     network: Path, recording: Sequence[Path], cells: "Mapping[str, str]", settings: "folders.StudyFile"
-) -> "vw.Animal":
-    """Return the animal of a network and a recording of any kind, as a study reads it; say what was noticed."""
+) -> "tuple[vw.Animal, vw.Settings]":
+    """Return the animal of a network and a recording of any kind, as a study reads it, and the settings of its
+    analysis; say what was noticed."""
     if not network.exists():
         raise InputError(f"{network}: no such file or folder")
     if not recording:
@@ -179,7 +180,7 @@ def animal_from(
     animal = results.load_animal(row, settings, Path())
     for note in animal.recording.notes:
         typer.echo(f"note: {note}", err=True)
-    return animal
+    return animal, folders.animal_settings(settings, row)
 
 
 def stored_animal(folder: Path, animal: str) -> "vw.AnimalResult":

@@ -42,26 +42,14 @@ _SET_HELP = (
 _REPEATED = {"outlets": "--outlet"}
 """Settings of several values, each given by an option of its own."""
 
-CELLS = (
-    *("period [s]", "wedge [mmHg]", "wedge wave", "sites", "ventricle", "loops", "volume delay [s]"),
-    *("sheet", "subject row", "block", "start [s]", "end [s]", "sampling rate [1/s]"),
-    *("zero [mmHg]", "pressure gain [1]", "pressure cutoff [Hz]", "pressure damping [1]", "pressure delay [s]"),
-    *(
-        "flow zero [ml/s]",
-        "flow gain [1]",
-        "flow cutoff [Hz]",
-        "flow damping [1]",
-        "flow delay [s]",
-        "flow diameter [mm]",
-    ),
-)
+CELLS = tuple(title for title, column in folders.COLUMNS.items() if column.is_option)
 """Columns of the table of animals that are options too."""
 
 CELLS_OF_ADD = (*CELLS, "site")
 """Those of `add`; elsewhere the artery is that of the study."""
 
-CELLS_OF_INDICES = tuple(title for title in CELLS if title not in ("sites", "ventricle", "loops", "volume delay [s]"))
-"""Those of `indices`, which says nothing of other places and of a ventricle."""
+CELLS_OF_INDICES = tuple(title for title in CELLS if folders.COLUMNS[title].of not in ("loops", "animal"))
+"""Those of `indices`, which says nothing of other places, of a ventricle and of blood."""
 
 CELLS_OF = {"channel": ("pressure", "flow", "ecg", "volume"), "unit": ("pressure", "flow", "volume")}
 _MEANINGS = {
@@ -191,7 +179,7 @@ def _belongs(name: str, section: str, key: str) -> bool:
 
 def _row_options(shown: Sequence[str], titles: Sequence[str]) -> dict[str, Any]:
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
-    plain = {field_of(title): Setting(str, None, f"{folders.COLUMNS[title]} ({title})") for title in titles}
+    plain = {field_of(title): Setting(str, None, f"{folders.COLUMNS[title].meaning} ({title})") for title in titles}
     settings = (several | plain).items()
     return {name: _option(name, setting, "recording", bool(shown) and name not in shown) for name, setting in settings}
 
@@ -233,12 +221,14 @@ def _by_key(options: Mapping[str, Any], given: list[str]) -> dict[str, Any]:
     """
     mappings = {key for _, key, setting in _keys() if isinstance(setting.default, dict)} | {*CELLS_OF}
     keys = {f"{section}.{key}".lstrip("."): key for section, key, _ in _keys()} | {key: key for key in options}
-    keys |= {title: field_of(title) for title in CELLS_OF_ADD}
+    keys |= {title: folders.ERRORS.get(title, field_of(title)) for title in folders.COLUMNS}
     keys = {key: option for key, option in keys.items() if option in options}  # a posterior has no starts
     set_options: dict[str, Any] = {}
     for text in given:
         key, _, value = (piece.strip() for piece in text.partition("="))
         parent, _, name = key.rpartition(".")
+        if key.endswith((" channel", " unit")):
+            name, _, parent = key.rpartition(" ")
         if not value:
             raise InputError(f"--set {text}: no value is given; write --set {key or 'walls'}=VALUE")
         if key in keys and (keys[key] in set_options or options[keys[key]] not in (None, [])):

@@ -149,12 +149,12 @@ def _tell_problems(problems: "Sequence[folders.StudyProblem]", study: Path) -> N
 
 
 def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
-    """Return the study and the files; where the first name is no study but the current folder is, all are files."""
+    """Return the study and the files; where the first name is not a study but the current folder is, all are files."""
     is_study = folders.study_path(study).is_file() and (study.is_dir() or study.suffix.lower() in folders.YAML)
     if not is_study and Path(folders.STUDY_FILE).is_file():
         return Path(), [study, *paths]
     if study.is_file() and not is_study:
-        raise InputError(f"{study} is no study; name the study's folder before the files (`vasowave new` makes one)")
+        raise InputError(f"{study} is not a study; name the study's folder before the files (`vasowave new` makes one)")
     if not paths:
         raise InputError(f"{study}: which files? Name recordings and networks, or their folders: vasowave add "
                          f"{_typed(study)} FILES")  # fmt: skip

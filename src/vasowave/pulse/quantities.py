@@ -19,7 +19,7 @@ INDICES = ("HR", "CO", "mPAP", "sPAP", "dPAP", "pPAP", "PVR")
 """The measured indices of Table 1, which `Recording.indices` returns."""
 
 COUPLING = ("E_es", "E_a", "coupling")
-"""What the pressure in the ventricle tells beside the recording, see `analysis.coupling`."""
+"""What the pressure in the ventricle tells beside the recording, see `analysis.ventricle_coupling`."""
 
 RECORDED = {"measured_Z_c": "Z_c", "measured_C_T": "C_T", "measured_tau": "tau", "measured_I_R": "I_R"}
 """What recording and model both tell, by the recording alone, and the name under which each of both keeps its own."""

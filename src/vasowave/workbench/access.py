@@ -33,7 +33,7 @@ REPORT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src 'self' data:; "
     f"sandbox allow-scripts allow-popups allow-downloads; {_ALWAYS}"
 )
-"""A report brings its scripts along; in a sandbox it is no page of the workbench's origin, and can ask it nothing."""
+"""A report brings its scripts along; in a sandbox it has another origin and can ask the workbench nothing."""
 
 _REPORT = "report/"
 _ICON = Path(__file__).parent / "page" / "mark.svg"

@@ -14,7 +14,7 @@ from vasowave.study.entering.animal_sheet import animal_sheet
 from vasowave.study.entering.sorting import is_prose, names_signal, pair_name
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import FOLDERS
-from vasowave.study.folder.rows import FILES
+from vasowave.study.folder.animal_columns import FILES
 from vasowave.workbench.desk import Desk
 
 RECORDED = FOLDERS[1]

@@ -109,7 +109,7 @@ class Desk:
             The name, or a link on the way, leads out of the study.
         """
         if "\0" in name or not lies_inside(self.folder, name):
-            raise InputError(f"'{name[:80]}' is no file inside this study")
+            raise InputError(f"'{name[:80]}' is not a file inside this study")
         return self.folder / name
 
     @contextmanager

@@ -209,11 +209,11 @@ def folder_of(desk: Desk, name: str) -> Path:
 
 
 def lines_of(edits: Path) -> list[str]:
-    """Return the lines of a file of edits, none where it is not there; `InputError` where it is no text of UTF-8."""
+    """Return the lines of a file of edits, none where it is not there; `InputError` where it is not a text of UTF-8."""
     try:
         return (content_of(edits) or b"").decode("utf-8").splitlines()
     except UnicodeDecodeError:
-        raise InputError(f"{edits}: is no text in UTF-8; save it as that, or remove it") from None
+        raise InputError(f"{edits}: is not a text in UTF-8; save it as that, or remove it") from None
 
 
 def edits_of(desk: Desk, name: str) -> Path:

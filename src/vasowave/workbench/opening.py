@@ -161,7 +161,7 @@ def place_of(desk: Desk, name: str) -> Path:
         for component in components
     )  # fmt: skip
     if not good:
-        raise InputError(f"'{name[:80]}' is no name of a file inside this study; rename it and drop it again")
+        raise InputError(f"'{name[:80]}' is not a name of a file inside this study; rename it and drop it again")
     image, suffixes = is_image(Path(name)), {*RECORDINGS.suffixes, *NETWORKS.suffixes}
     if not image and PurePosixPath(name).suffix.lower() not in suffixes:
         raise InputError(f"{components[-1]}: no reader has its type; save it as .xlsx or CSV, and drop it again")

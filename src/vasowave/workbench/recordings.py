@@ -27,10 +27,11 @@ from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.study.entering.sorting import used_block
 from vasowave.study.entering.table import read_rows
+from vasowave.study.folder.animal_columns import COLUMNS
 from vasowave.study.folder.animals import read_half_row
 from vasowave.study.folder.names import plain_name
 from vasowave.study.folder.problems import refuse
-from vasowave.study.folder.rows import COLUMNS, AnimalRow
+from vasowave.study.folder.rows import AnimalRow
 from vasowave.study.folder.settings import averaging_settings
 from vasowave.study.folder.study import Study
 from vasowave.study.results.loading import read_measured, read_stretch
@@ -46,7 +47,6 @@ _INDICES = ("HR", "mPAP", "sPAP", "dPAP", "pPAP", "CO", "PVR")
 _CAPACITY, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
 _FIRST_COUNT, _LEVEL_FACTOR = 32, 4  # samples in a pair of the finest level, and pairs of one level in one of the next
 _MAX_PIXELS = 4000  # pixels
-_STRETCH = ("start [s]", "end [s]")
 
 
 class Trace:
@@ -156,7 +156,7 @@ class Recordings:
         row, study = row_of(desk, animal)
         traces = self.opened(row, study).traces
         if signal not in traces:
-            raise InputError(f"'{signal}' is no signal of this recording; it has: {', '.join(traces)}")
+            raise InputError(f"'{signal}' is not a signal of this recording; it has: {', '.join(traces)}")
         zero, gain, flow_gain, flow_zero = row.calibration
         above, factor = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}.get(signal, (0.0, 1.0))
         return (traces[signal].between(start, end, width) - above) * factor

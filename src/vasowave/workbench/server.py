@@ -241,7 +241,7 @@ def _message(body: bytes) -> Any:
     except ValueError:
         message = None
     if not isinstance(message, dict):
-        raise InputError("this is no message of the workbench")
+        raise InputError("this is not a message of the workbench")
     return message
 
 

@@ -9,8 +9,8 @@ from vasowave.base.species import SPECIES
 from vasowave.study.entering.checking import check_study
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import written
+from vasowave.study.folder.animal_columns import COLUMNS, FILES, REQUIRED_COLUMNS
 from vasowave.study.folder.problems import StudyProblem
-from vasowave.study.folder.rows import COLUMNS, FILES, REQUIRED_COLUMNS
 from vasowave.study.folder.settings import StudyFile
 from vasowave.study.results.overview import HEADER
 from vasowave.study.running.plan import inspect_study
@@ -67,7 +67,7 @@ def shown(desk: Desk) -> dict[str, Any]:
         "folder": str(desk.folder.absolute()),
         "title": settings.title,
         "groups": settings.groups,
-        "columns": [[title, meaning, title in REQUIRED_COLUMNS] for title, meaning in COLUMNS.items()],
+        "columns": [[title, column.meaning, title in REQUIRED_COLUMNS] for title, column in COLUMNS.items()],
         "files": FILES,
         "words": _WORDS,
         "titles": list(titles),

@@ -17,9 +17,9 @@ from vasowave.study.entering.adding import Added, add_files
 from vasowave.study.entering.grouping import parsed_groups, regrouped
 from vasowave.study.entering.table import Rows, check_written, read_rows, written_rows
 from vasowave.study.entering.template import new_study, with_groups, with_value
+from vasowave.study.folder.animal_columns import COLUMNS, FILES
 from vasowave.study.folder.animals import read_animals, read_row
 from vasowave.study.folder.names import checked_name
-from vasowave.study.folder.rows import COLUMNS, FILES
 from vasowave.study.running.programs import programs_of, trust_study
 from vasowave.workbench.desk import Change, Desk, unchanged
 from vasowave.workbench.workplace import Workplace, action
@@ -147,7 +147,7 @@ def add_column(workplace: Workplace, title: Annotated[str, MinLen(1), MaxLen(100
     if not title or not title.isprintable():
         raise InputError("a column has a title")
     if title.casefold() in map(str.casefold, COLUMNS):
-        raise InputError(f"'{title}' is no column of your own: it has a meaning here, and stands among all columns")
+        raise InputError(f"'{title}' is not a column of your own: it has a meaning here, and stands among all columns")
     with workplace.desk.changing(f"column {title}", table) as change:
         old_rows = read_rows(table)
         new_rows = replace(old_rows, titles=(*old_rows.titles, title))
@@ -208,7 +208,7 @@ def trust(workplace: Workplace, programs: dict[Name, Annotated[str, MaxLen(200)]
 def set_setting(workplace: Workplace, key: Annotated[str, MaxLen(100)], value: Annotated[str, MaxLen(2000)]) -> str:
     """Write one key of study.yaml."""
     if not re.fullmatch(r"\w+(\.\w+)?", key) or "\n" in value:
-        raise InputError(f"'{key}: {value}' is no key with a value")
+        raise InputError(f"'{key}: {value}' is not a key with a value")
     with workplace.desk.changing(f"{key}: {value}", workplace.desk.file) as change:
         change.write(workplace.desk.file, with_value(workplace.desk.file, key.split("."), value))
     return f"{key}: {value}"

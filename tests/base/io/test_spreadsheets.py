@@ -178,5 +178,5 @@ def test_a_sheet_is_chosen_by_its_name_and_a_slip_is_answered_by_the_names(tmp_p
     ):
         read_columns(path, sheet="Secund")
     (tmp_path / "t.csv").write_text("x [cm]\n1\n")
-    with pytest.raises(InputError, match="is no workbook and has no sheet 'Second'"):
+    with pytest.raises(InputError, match="is not a workbook and has no sheet 'Second'"):
         read_columns(tmp_path / "t.csv", sheet="Second")

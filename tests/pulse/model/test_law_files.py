@@ -1,6 +1,7 @@
 """Wall laws: ours by name, and those in files of a user's own, of which only what a study names is run."""
 
 import os
+import re
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -152,6 +153,20 @@ def test_a_law_in_a_file_of_ones_own_is_simulated_and_its_parameters_come_back(f
     speed = wave_speed(law(*fit.parameters["value"][["exponential.k", "exponential.m"]]), 15.0, model.blood.inertia)
     assert speed == pytest.approx(wave_speed(law(14.0, 2.5), 15.0, model.blood.inertia), rel=1e-3)
     assert fit.total_resistance == pytest.approx(76.0, rel=1e-3)
+
+
+def test_a_package_offers_a_wall_law_by_the_entry_point_that_the_page_names(tmp_path, monkeypatch):
+    page = (Path(__file__).parents[3] / "docs" / "walls.md").read_text("utf-8")
+    (group,) = re.findall(r"entry point of the group `([a-z.]+)`", page)
+    (tmp_path / "offered_laws.py").write_text(EXPONENTIAL, "utf-8")
+    installed = tmp_path / "offered_laws-1.0.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: offered-laws\nVersion: 1.0\n", "utf-8")
+    (installed / "entry_points.txt").write_text(f"[{group}]\noffered = offered_laws:ExponentialWall\n", "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    assert find_law("offered").law().name == "exponential"
+    with pytest.raises(InputError, match="choose from: .*offered"):
+        find_law("nowhere offered")
 
 
 def test_an_unknown_law_is_refused_with_the_nearest_known_one():

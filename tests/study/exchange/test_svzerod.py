@@ -146,7 +146,7 @@ def test_radii_are_told_by_diameters_or_follow_from_the_elements(tmp_path, told)
     [
         ({"viscosity": None, "density": None}, "'main': no radius: .*'viscosity'.*'vessel_D'"),
         ({"density": 10.6}, "its radius is .* by R_poiseuille and .* by L; are R, L, viscosity and density in cm"),
-        ({"viscosity": 10**400}, "'viscosity' is no finite number"),
+        ({"viscosity": 10**400}, "'viscosity' is not a finite number"),
     ],
 )
 def test_radii_that_nothing_or_two_things_tell_are_refused(tmp_path, change, words):
@@ -173,7 +173,7 @@ def test_radii_that_nothing_or_two_things_tell_are_refused(tmp_path, change, wor
         (lambda c: c["simulation_parameters"].update(density=0), "'density' is 0; blood has a positive one"),
         (lambda c: c["junctions"][0].update(outlet_vessels=[1, 7]), "name vessel '7', which is not in the file"),
         (lambda c: c.update(vessels=[]), "'vessels' lists none"),
-        (lambda c: c.update(junctions=[3]), "'junctions' is no list of objects"),
+        (lambda c: c.update(junctions=[3]), "'junctions' is not a list of objects"),
     ],
 )
 def test_circuits_that_are_no_model_are_refused_in_words(tmp_path, change, words):

@@ -29,7 +29,7 @@ def mine(tmp_path):
 
 
 def planted(kind, place, mine):
-    """Put something that is no file of the study's own into a place."""
+    """Put something that is not a file of the study's own into a place."""
     place.parent.mkdir(parents=True, exist_ok=True)
     if kind == "link":
         place.symlink_to(mine)

@@ -213,7 +213,7 @@ def test_an_nrrd_file_has_lengths_in_the_unit_that_it_names(tmp_path, lengths, c
 def test_an_nrrd_file_with_lengths_in_no_unit_of_a_length_is_refused_unless_its_voxels_are_given(tmp_path):
     for units in ('"furlong" "furlong" "furlong"', '"mm" "mm" "cm"'):
         path = nrrd(tmp_path, f"spacings: 0.01 0.01 0.01\nunits: {units}")
-        with pytest.raises(InputError, match="which is no unit of a length, so that the size of its voxels"):
+        with pytest.raises(InputError, match="which is not a unit of a length, so that the size of its voxels"):
             read_volume(path)
         np.testing.assert_allclose(read_volume(path, 0.02).spacing, 0.02)
 

@@ -26,7 +26,7 @@ Deno.test("numbers are shown in so many digits, a dash where there is none", () 
     deepEqual([null, undefined, NaN, Infinity].map((value) => formatted(value)), ["–", "–", "–", "–"]);
 });
 
-Deno.test("an empty field is no number, and 0 is one", () => {
+Deno.test("an empty field is not a number, and 0 is one", () => {
     deepEqual(["", "0", "4.5e1"].map(typedNumber), [null, 0, 45]);
 });
 

@@ -45,7 +45,7 @@ Deno.test("on a logarithmic axis the geometric mean stands in the middle", () =>
     equal(Number(scales?.py(10).toFixed(9)), 58);
 });
 
-Deno.test("the range holds bands, and skips what is no number", () => {
+Deno.test("the range holds bands, and skips what is not a number", () => {
     const band = { low: [-10, null], high: [30, NaN] };
     const scales = scalesOf({ series: [{ x: [0, 1], y: [0, null], band }] }, FRAME);
     deepEqual([scales?.low, scales?.high].map((value) => Number(value?.toFixed(9))), [-12.4, 32.4]);

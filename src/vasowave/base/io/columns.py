@@ -53,7 +53,7 @@ class Columns:
     titles : tuple of str
         Of the columns, as they are written.
     row_word : str
-        What `lines` counts: "line", or what a file that is no text has in place of it.
+        What `lines` counts: "line", or what a file that is not a text has in place of it.
     """
 
     source: str
@@ -145,7 +145,7 @@ class Columns:
         if not math.isfinite(value):
             raise InputError(
                 f"{self.source}, {self.row_word} {self.lines[row]}, column '{title}': {text.strip()} "
-                "is no finite number (a gap?); fill it, or leave out the part that holds it"
+                "is not a finite number (a gap?); fill it, or leave out the part that holds it"
             )
         return value
 

@@ -53,7 +53,7 @@ def regular_file(path: str | Path) -> Path:
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "is no name of a file"
+        reason = getattr(error, "strerror", None) or "is not a name of a file"
         raise InputError(f"{path}: {reason.lower()}") from None
     if stat.S_ISDIR(mode):
         raise InputError(f"{path}: is a folder")
@@ -124,7 +124,7 @@ def read_lines(path: str | Path, progress: Progress | None = None, sheet: str = 
     glance = look(path)
     content = sheet_named(path, sheet).content.encode() if is_workbook(glance.start) else None
     if sheet and content is None:
-        raise InputError(f"{path}: is no workbook and has no sheet '{sheet}'; leave the sheet out")
+        raise InputError(f"{path}: is not a workbook and has no sheet '{sheet}'; leave the sheet out")
     start = content if content is not None else glance.start if glance.whole else None
     try:
         with io.BytesIO(start) if start is not None else path.open("rb") as file:

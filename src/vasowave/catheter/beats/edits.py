@@ -167,5 +167,5 @@ def _seconds(path: str | Path, line: int, title: str, text: str) -> float:
     except ValueError:
         value = np.nan
     if not (np.isfinite(value) and value >= 0):
-        raise InputError(f"{path}, line {line}, column '{title}': '{text}' is no time in seconds")
+        raise InputError(f"{path}, line {line}, column '{title}': '{text}' is not a time in seconds")
     return value

@@ -89,7 +89,7 @@ def misshapen_beats(
     pressure, flow : float array, shape (beat, sample)
         mmHg and ml/s.
     length_tolerance, least_correlation
-        As in `average_beats`.
+        As in `Averaging`.
     shapes : pair of float arrays, shape (sample,)
         Pressure and flow that the beats are compared with.
     """

@@ -44,7 +44,7 @@ def single_wave(table: Columns, quantity: str, kind: str, unit: str) -> SingleWa
     Raises
     ------
     InputError
-        No such column or several, no column of time beside it, times that are not even, a cell that is no number.
+        No such column or several, no column of time beside it, times that are not even, a cell that is not a number.
     """
     time, column = _columns(table, quantity, kind)
     values = table.numbers(column, kind, unit)

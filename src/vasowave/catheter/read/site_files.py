@@ -45,7 +45,7 @@ def read_sites(path: str | Path) -> tuple[Observation, ...]:
     Raises
     ------
     InputError
-        File and line of: a column that is missing or unknown, a cell that is no number, a unit that is not of the
+        File and line of: a column that is missing or unknown, a cell that is not a number, a unit that is not of the
         quantity, a file that is missing, uneven or names another unit than the table, a row that stands twice.
 
     Examples

@@ -190,7 +190,7 @@ def _rate_unit(table: Columns, column: int) -> float:
         if wording.fullmatch(per) and not units.is_unit(per):  # as ml/min is one of flow
             return duration
     raise InputError(
-        f"{table.source}: column '{title}': '{unit}' is no unit of a rate; write 1/min or Hz, or call it 'period'"
+        f"{table.source}: column '{title}': '{unit}' is not a unit of a rate; write 1/min or Hz, or call it 'period'"
     )
 
 

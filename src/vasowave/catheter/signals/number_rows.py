@@ -92,7 +92,7 @@ class NumberRows:
         Raises
         ------
         InputError
-            Another number of cells, or a cell that is no number.
+            Another number of cells, or a cell that is not a number.
         """
         if len(cells) != len(self.titles):
             defect = "missing" if len(cells) < len(self.titles) else "surplus"

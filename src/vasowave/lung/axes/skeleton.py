@@ -28,7 +28,7 @@ class Skeleton:
 def cut_at_junctions(skeleton: Skeleton, collapse: float = 0.6) -> Tree:
     """Cut a tree of points into vessels and collapse junctions that lie inside one another.
 
-    An inner vessel shorter than `collapse` radii + the point distance is no vessel: its junctions are one.
+    An inner vessel shorter than `collapse` radii + the point distance is not a vessel: its junctions are one.
 
     Parameters
     ----------

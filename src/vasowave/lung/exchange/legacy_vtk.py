@@ -208,5 +208,5 @@ class _File:
 def _count(word: str) -> int:
     """Return a count; `ValueError` where it is none."""
     if not word.isdecimal():
-        raise ValueError(f"'{word}' is no count")
+        raise ValueError(f"'{word}' is not a count")
     return int(word)

@@ -20,7 +20,7 @@ TUBE = 0.5
 LINE_LOOPS = look_kind(
     "lines.loop",
     "line {number} closes a loop at ({place}): beyond it runs up to {radii:.1f} radii beside the tree; opened there",
-    "Look at the line there, and remove what is no vessel.",
+    "Look at the line there, and remove what is not a vessel.",
 )
 SEPARATE_TREES = look_kind(
     "lines.separate-trees",

@@ -21,7 +21,7 @@ LEAST = 1e-6
 
 _COUNT = r"^# points: (\d+)\s*$"
 _MAX_COORDINATE = 1e5  # cm; no scanner counts from so far away
-_MAX_INTEGER = 2.0**53  # above it a number of type double is no count any more
+_MAX_INTEGER = 2.0**53  # above it a number of type double is not a count any more
 
 
 def read_swc(path: Path, unit: float) -> Skeleton:

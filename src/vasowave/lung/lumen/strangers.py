@@ -62,7 +62,7 @@ STRANGER = look_kind(
 )
 STRANGER_LEFT = look_kind(
     "image.stranger-left",
-    "a plate or a tube {width:.2g} cm thick is no vessel, as a holder or a neighbor is, and could not be "
+    "a plate or a tube {width:.2g} cm thick is not a vessel, as a holder or a neighbor is, and could not be "
     "cut off without the vessels: {remedy}",
     "look, and give a mask or a region without it",
 )

@@ -28,7 +28,7 @@ SECTION_STEP_VOXELS, SAMPLES_PER_RADIUS = 2.0, 4.0
 """One section in SECTION_STEP_VOXELS is enough, and one sample a voxel: neighbors share their noise. In vessels wider
 than SAMPLES_PER_RADIUS voxels samples, and then sections, are so many to a radius, for their radii are sure."""
 MIN_CLEAR_SHARE = 0.9
-"""A section is used if so much of it is no vessel."""
+"""A section is used if so much of it is not a vessel."""
 MIN_COPIES = 4
 """Fewer copies that lie clear of all vessels say nothing."""
 Beside = Callable[[Line, np.ndarray, float, Volume, Line], float]

@@ -129,7 +129,7 @@ def _slice(name: str, file: Path, same: dict[str, str], about: Any, pixels: np.n
             f"{file}: a slice without position, orientation or pixel spacing; export the series again"
         ) from None
     if not (np.isfinite(np.concatenate([axes.ravel(), place, spacing])).all() and (spacing > 0).all()):
-        raise InputError(f"{file}: its position, orientation or pixel spacing is no finite number; export it again")
+        raise InputError(f"{file}: its position, orientation or pixel spacing is not a finite number; export it again")
     if not np.allclose(axes @ axes.T, np.eye(2), atol=1e-2):
         raise InputError(f"{file}: the directions of its rows and columns are not perpendicular; export it again")
     same = same | {"PixelSpacing": str(spacing.tolist()), "ImageOrientationPatient": str(axes.tolist())}

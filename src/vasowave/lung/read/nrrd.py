@@ -46,7 +46,7 @@ def check_nrrd(path: Path) -> Contents:
     lengths = [int(length) for word, length in zip(words, fields["sizes"].split(), strict=False) if word not in vectors]
     if len(vectors) != 3 or set(lengths) - {1}:
         return Contents(count, "its header has no (or not all) space directions or spacings")
-    units = f"its header has lengths in {_units(fields)}, which is no unit of a length"
+    units = f"its header has lengths in {_units(fields)}, which is not a unit of a length"
     return Contents(count, "" if _millimeters(fields) else units)
 
 

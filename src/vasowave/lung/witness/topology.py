@@ -44,7 +44,7 @@ SHORT = doubt_kind(
     Grade.LOOK,
     "vessel(s) {vessels}: perhaps shorter than {radii:g} radii between two junctions, which may be one that more than "
     "two vessels leave: {remedy}",
-    "look, and merge what is no vessel",
+    "look, and merge what is not a vessel",
 )
 STRAIGHT = 150.0
 """Two vessels that leave a junction in directions so far apart (degrees) may be one that passes: daughters lie within

@@ -75,7 +75,7 @@ NO_RADIUS = doubt_kind(
     "witness.short-for-radius",
     Grade.UNCERTAIN,
     f"{_VESSELS}too short between junctions, sisters and ends: the radius is not reliable",
-    "Look at it, and merge what is no vessel.",
+    "Look at it, and merge what is not a vessel.",
 )
 NOT_ROUND = doubt_kind(
     "witness.not-round",

@@ -107,7 +107,7 @@ def cycle_indices(recording: Recording | EnsembleAverage, Z_c: float | None = No
     Raises
     ------
     InputError
-        What is given is no cycle, a mean flow that is not positive, or an impedance that is not.
+        What is given is not a cycle, a mean flow that is not positive, or an impedance that is not.
 
     Examples
     --------

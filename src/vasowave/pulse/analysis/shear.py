@@ -146,7 +146,7 @@ def regional_loads(network: Network, loads: pd.DataFrame, regions: Sequence[str]
     Raises
     ------
     InputError
-        A name that is no vessel, or a network with loops or several inlets.
+        A name that is not a vessel, or a network with loops or several inlets.
 
     Examples
     --------

@@ -50,7 +50,9 @@ class VentricularPressure:
         if pressure.ndim != 1 or len(pressure) < _MIN_SAMPLES:
             raise InputError(f"{self.source}: a ventricle's pressure needs {_MIN_SAMPLES} samples or more of one cycle")
         if not np.all(np.isfinite(pressure)):
-            raise InputError(f"{self.source}: sample {int(np.argmin(np.isfinite(pressure))) + 1} is no finite number")
+            raise InputError(
+                f"{self.source}: sample {int(np.argmin(np.isfinite(pressure))) + 1} is not a finite number"
+            )
         if not np.ptp(pressure) > 1.0:
             raise InputError(f"{self.source}: the pressure changes by {np.ptp(pressure):.2g} mmHg; is its unit mmHg?")
         if not (np.isfinite(self.period) and self.period > 0):

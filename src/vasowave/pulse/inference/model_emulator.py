@@ -320,5 +320,5 @@ def _checked_range(name: str, ends: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         raise InputError(f"{name}: {ends!r}; give its lowest and highest value: {{'{name}': (40.0, 60.0)}}") from None
     if not (0 < low < high and np.isfinite(high)):
-        raise InputError(f"{name}: {low:g} to {high:g} is no range of a positive number; give the lower end first")
+        raise InputError(f"{name}: {low:g} to {high:g} is not a range of a positive number; give the lower end first")
     return low, high

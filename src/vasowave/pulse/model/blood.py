@@ -40,12 +40,15 @@ def relative_to_usual(hematocrit: float | None, temperature: float | None = None
     Raises
     ------
     InputError
-        It is none of blood, as a hematocrit in percent.
+        It is beyond those of blood, as a hematocrit in percent.
     """
     cells = 1.0
     if hematocrit is not None:
-        if not _HEMATOCRITS[0] <= hematocrit <= _HEMATOCRITS[1]:
-            raise InputError(f"hematocrit {hematocrit:g} is none of blood; give the share of cells, as 0.45")
+        lowest, highest = _HEMATOCRITS
+        if not lowest <= hematocrit <= highest:
+            raise InputError(
+                f"hematocrit {hematocrit:g} is not between {lowest:g} and {highest:g}; give the share of cells, as 0.45"
+            )
         cells = float((1 + 2.2 * ((1 - hematocrit) ** -0.8 - 1) / (0.55**-0.8 - 1)) / 3.2)
     if temperature is None:
         return cells

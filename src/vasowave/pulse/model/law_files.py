@@ -95,7 +95,7 @@ def named(wall: str) -> str:
     Unless typed, the class of an installed module is called ``package.module@installed:Class``.
     """
     if not isinstance(wall, str):
-        raise InputError(f"{wall!r} is no name; write one name")
+        raise InputError(f"{wall!r} is not a name; write one name")
     stem, colon, attribute = (piece.strip() for piece in wall.partition(":"))
     where = _where.get()
     if not colon or "@" in stem:

@@ -1,7 +1,7 @@
 """Finding a wall law or a bed by its name: one of ours, one that a package offers, or a class in a file of one's own.
 
-``linear`` · ``our_laws:ExponentialWall`` (file and class, see `law_files`) · a name in the entry points
-``vasowave.pulse.model.walls``.
+``linear`` · ``our_laws:ExponentialWall`` (file and class, see `law_files`) · a wall law's name in the
+entry points ``vasowave.walls``.
 """
 
 import math

@@ -2,8 +2,8 @@
 
 A bed is one class derived from `Bed`: its fields are its parameters, one value per terminal vessel. `bed` says in
 words, symbols and bounds what they are, `nominal` where a fit starts, and `circuit` what they are to the flow; the rest
-follows. No other file knows which beds there are: a further one is one more class in `BUILT_IN`, or in a file of your
-own (`laws`).
+follows. A further circuit is one more class in `BUILT_IN`, or in a file of your own (`laws`, which
+lists all beds).
 """
 
 from collections.abc import Iterator, Mapping, Sequence

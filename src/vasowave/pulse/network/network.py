@@ -351,7 +351,7 @@ def _check_vessels(network: Network, where: Callable[[int], str]) -> None:
         if not name.strip():
             raise InputError(f"{where(row)}: the vessel has no name")
         if name.lstrip()[0] in "=@" or not name.isprintable():
-            raise InputError(f"{where(row)}: '{name}' is no name of a vessel: a spreadsheet would run it; rename it")
+            raise InputError(f"{where(row)}: '{name}' is not a name of a vessel: a spreadsheet would run it; rename it")
         if name in first_rows:
             raise InputError(
                 f"{where(row)}: vessel '{name}' is already defined in {where(first_rows[name])}; rename one"

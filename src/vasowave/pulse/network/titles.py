@@ -124,7 +124,7 @@ def _joints(ends: Sequence[Sequence[Sequence[str]]]) -> list[list[str]]:
 
     texts = [cells for end in ends for cells in end]
     places = np.array([[_coordinate(cell) for cell in cells] for cells in texts])
-    placed = np.flatnonzero((np.abs(places) < _FARTHEST).all(axis=1))  # a gap is no place either
+    placed = np.flatnonzero((np.abs(places) < _FARTHEST).all(axis=1))  # a gap is not a place either
     if not len(placed):
         return [[""] * len(end) for end in ends]
     places = places[placed] - places[placed[0]]

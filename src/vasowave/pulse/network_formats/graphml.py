@@ -47,7 +47,7 @@ def graph_columns(path: Path) -> Columns:
     import networkx
 
     if path.stat().st_size > _LARGEST:
-        raise InputError(f"{path}: larger than {_LARGEST >> 20} MB; take out what is no vessel")
+        raise InputError(f"{path}: larger than {_LARGEST >> 20} MB; take out what is not a vessel")
     try:
         graph = _read(path)
     except (networkx.NetworkXException, ElementTree.ParseError, LookupError, ValueError, TypeError, AttributeError,

@@ -117,7 +117,7 @@ def read_spatial_graph(path: Path) -> tuple[Arrays, str]:
         try:
             numbers = np.array(data.get(place, "").split(), dtype=float)
         except ValueError:
-            raise InputError(f"{path}: {name} (@{place}) holds what is no number") from None
+            raise InputError(f"{path}: {name} (@{place}) holds what is not a number") from None
         size = counts.get(kind, 0) * int(width or 1)
         if len(numbers) != size or not np.isfinite(numbers).all() or not size:
             raise InputError(f"{path}: {len(numbers)} finite numbers of {name} where {size} belong; was it cut off?")

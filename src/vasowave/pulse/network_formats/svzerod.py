@@ -75,7 +75,7 @@ def read_svzerod_config(path: Path) -> dict[str, Any]:
     for key in ("vessels", "junctions", "boundary_conditions"):
         entries = config.setdefault(key, [])
         if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-            raise InputError(f"{path}: '{key}' is no list of objects, as svZeroDSolver has it")
+            raise InputError(f"{path}: '{key}' is not a list of objects, as svZeroDSolver has it")
     if not config["vessels"]:
         raise InputError(f"{path}: 'vessels' lists none; a network needs svZeroDSolver's vessels")
     return config

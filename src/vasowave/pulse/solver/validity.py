@@ -14,7 +14,7 @@ from vasowave.pulse.solver.grid_error import Judged
 
 GRID_SHARE = 0.01  # of the largest pressure: an estimated grid error above it is worth a finding
 SETTLED_SHARE = 0.002  # likewise: above it, cells that were chosen by the wave length are halved
-_MEANINGLESS = 30.0  # % of the largest pressure: a larger error is no number that means anything
+_MEANINGLESS = 30.0  # % of the largest pressure: a larger error is not a number that means anything
 OVERSTRAINED = 3.0  # area strain: twice the radius, at which arteries tear
 _GRID = (
     "The answer depends on the grid: a wave too steep for its cells costs {} by the end of vessel '{{vessel}}' at "

@@ -217,7 +217,7 @@ def laid_out(
 
 def _variable(design: Design, variables: Mapping[str, Variable], name: str) -> Variable:
     if name == "group":
-        raise InputError("'group' is no column of the lab's own: groups are compared in every design; take it out")
+        raise InputError("'group' is not a column of the lab's own: groups are compared in every design; take it out")
     if name == "animal":
         raise InputError("'animal' names each row; give a column of the lab's own, as one that says which mouse it was")
     if name not in variables:

@@ -32,10 +32,10 @@ from vasowave.study.entering.grouping import Proposal, is_reference, parsed_grou
 from vasowave.study.entering.sorting import Choosing, Sorted, files_in, passed_over, sort_files
 from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
 from vasowave.study.entering.template import with_groups
+from vasowave.study.folder.animal_columns import FILES
 from vasowave.study.folder.animals import read_row
 from vasowave.study.folder.places import RESULTS, study_path
 from vasowave.study.folder.reading import read_settings
-from vasowave.study.folder.rows import FILES
 from vasowave.study.folder.settings import StudyFile
 from vasowave.study.running.reporting import ONE_BY_ONE, REPORT_FOLDER
 
@@ -107,7 +107,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     Raises
     ------
     InputError
-        No study, a name that is no file, nothing among them that is a recording, an unknown group, a cell that no
+        No study, a name that is not a file, nothing among them that is a recording, an unknown group, a cell that no
         animal can have, or a table that cannot be read or written; the table is then as it was.
     """
     path = study_path(Path(study))

@@ -14,9 +14,9 @@ from vasowave.catheter.read.wedge import is_wedge
 from vasowave.catheter.signals.signal import ALIASES
 from vasowave.study.cohort.variables import without_case
 from vasowave.study.entering.grouping import is_reference, within, words
+from vasowave.study.folder.animal_columns import COLUMNS, FILES, REQUIRED_COLUMNS, WEDGE
 from vasowave.study.folder.animals import columns_of
 from vasowave.study.folder.names import checked_name
-from vasowave.study.folder.rows import COLUMNS, FILES, REQUIRED_COLUMNS, WEDGE
 
 ANIMAL_WORDS = ("animal", "subject", "mouse", "rat", "pig", "rabbit", "dog", "tier", "maus", "ratte", "souris")
 """What titles call an animal."""

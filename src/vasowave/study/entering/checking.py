@@ -63,8 +63,7 @@ WEDGE_OF_SOME = look_kind(
 )
 PAPER_BOUNDS = look_kind(
     "check.paper-bounds",
-    "{key}: the published optima of CTL 3, CTL 5 and HPH 3 lie outside the paper's own bounds of β, and c1 of CTL 2 is "
-    "3.0 where 2.5 is allowed; {remedy}",
+    "{key}: some optima that the paper prints lie outside its own bounds of β and c1; {remedy}",
     "expect parameters that end at a bound",
 )
 FEW_STARTS = look_kind(
@@ -75,9 +74,8 @@ FEW_STARTS = look_kind(
 )
 EXPONENT = look_kind(
     "check.known-differs",
-    "{name} {given:.4g} {unit} as given, {expected:.4g} from the {source}: a factor of {factor:.3g}; a slip of the "
-    "exponent? (The published C_T of HPH 2, 0.13e-4, is one.)",
-    "Correct the cell of the table.",
+    "{name} {given:.4g} {unit} as given, {expected:.4g} from the {source}: a factor of {factor:.3g}",
+    "Check the exponent and the unit of the cell.",
 )
 BOUNDS = error_kind("check.bounds", "'{name}': {text}", ITSELF)
 NOMINAL_EXCLUDED = error_kind(

@@ -131,7 +131,7 @@ def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
     Raises
     ------
     InputError
-        A name that is no file and no folder, or nothing at all.
+        A name that is not a file and no folder, or nothing at all.
     """
     files: dict[Path, Path] = {}
     suffixes = {*RECORDINGS.suffixes, *NETWORKS.suffixes}
@@ -279,7 +279,7 @@ def _of_subjects(file: Path, choosing: Choosing) -> list[Recorded]:
 
 
 def _refuse_vessels(file: Path) -> None:
-    """Raise `InputError` for a table of vessels whose titles are not known, which is no recording."""
+    """Raise `InputError` for a table of vessels whose titles are not known, which is not a recording."""
     try:
         table = read_columns(file)
     except InputError:

@@ -12,7 +12,7 @@ from vasowave.base.io.cells import is_row, separator_of, split_cells
 from vasowave.base.io.columns import read_columns
 from vasowave.base.io.textfile import look, read_lines
 from vasowave.study.entering.sorting import Recorded
-from vasowave.study.folder.rows import COLUMNS, REQUIRED_COLUMNS
+from vasowave.study.folder.animal_columns import COLUMNS, REQUIRED_COLUMNS
 
 
 @dataclass(frozen=True)

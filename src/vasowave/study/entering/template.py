@@ -14,10 +14,10 @@ from vasowave.base.species import known_species
 from vasowave.catheter.synthetic_files import SYNTHETIC_NOTICE
 from vasowave.study.datasets.virtual import virtual_cohort
 from vasowave.study.datasets.virtual_files import write_virtual_cohort
+from vasowave.study.folder.animal_columns import COLUMNS, REQUIRED_COLUMNS
 from vasowave.study.folder.places import STUDY_FILE
 from vasowave.study.folder.problems import refuse
 from vasowave.study.folder.reading import parse_document, parse_settings
-from vasowave.study.folder.rows import COLUMNS, REQUIRED_COLUMNS
 from vasowave.study.folder.settings import StudyFile
 
 SCHEMA_FILE = "study.schema.json"
@@ -150,9 +150,9 @@ def schema_text() -> str:
 def animals_text() -> str:
     """Return ``animals.csv`` without animals: what the columns mean, and the header of the usual ones."""
     lines = ["# One row per animal. Files are relative to this folder. Columns that are not needed may be left out."]
-    for title, meaning in COLUMNS.items():
+    for title, column in COLUMNS.items():
         needed = " (needed)" if title in REQUIRED_COLUMNS else ""
-        lines.append(f"#   {title}{needed}: {meaning}")
+        lines.append(f"#   {title}{needed}: {column.meaning}")
     lines += [
         "# Examples:",
         "#   CTL 1,CTL,networks/control.csv,recordings/ctl-1.csv,,cycle,",
@@ -180,8 +180,8 @@ def columns_table() -> str:
     """Return a table (Markdown) of every column of ``animals.csv``, for the documentation."""
     lines = ["| column | what it holds |", "|---|---|"]
     lines += [
-        f"| `{title}`{' (needed)' if title in REQUIRED_COLUMNS else ''} | {meaning} |"
-        for title, meaning in COLUMNS.items()
+        f"| `{title}`{' (needed)' if title in REQUIRED_COLUMNS else ''} | {column.meaning} |"
+        for title, column in COLUMNS.items()
     ]
     return "\n".join(lines) + "\n"
 

@@ -88,8 +88,8 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     ------
     InputError
         A file that is none of openBF's, a key that is missing or no number, nodes at which several inlets or beds meet,
-        an outlet without a Windkessel, an inlet file that is no table of time and flow, or lies outside the folder of
-        the first.
+        an outlet without a Windkessel, an inlet file that is not a table of time and flow, or lies outside the
+        folder of the first.
 
     Warns
     -----
@@ -185,7 +185,7 @@ def _config(path: Path) -> Mapping[str, Any]:
     except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
         raise InputError(f"{path}: not YAML ({' '.join(str(error).split())[:200]})") from None
     if not isinstance(config, Mapping) or "network" not in config:
-        raise InputError(f"{path}: no 'network'; this is no configuration of openBF")
+        raise InputError(f"{path}: no 'network'; this is not a configuration of openBF")
     return config
 
 

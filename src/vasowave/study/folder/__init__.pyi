@@ -1,5 +1,7 @@
 """The folder of a study: its settings, its table of animals, its design."""
 
+from vasowave.study.folder.animal_columns import COLUMNS as COLUMNS
+from vasowave.study.folder.animal_columns import ERRORS as ERRORS
 from vasowave.study.folder.animals import read_animals as read_animals
 from vasowave.study.folder.animals import read_row as read_row
 from vasowave.study.folder.animals import variables_of as variables_of
@@ -22,7 +24,6 @@ from vasowave.study.folder.reading import read_document as read_document
 from vasowave.study.folder.reading import read_settings as read_settings
 from vasowave.study.folder.reading import too_long as too_long
 from vasowave.study.folder.reading import validated as validated
-from vasowave.study.folder.rows import COLUMNS as COLUMNS
 from vasowave.study.folder.settings import BloodSection as BloodSection
 from vasowave.study.folder.settings import StudyFile as StudyFile
 from vasowave.study.folder.settings import animal_settings as animal_settings

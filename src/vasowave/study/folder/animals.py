@@ -21,23 +21,12 @@ from vasowave.pulse.inference.known_errors import SHARED_SOURCES, KnownErrors
 from vasowave.pulse.model.blood import relative_to_usual
 from vasowave.study.animal.result import TIDY_COLUMNS
 from vasowave.study.cohort.variables import ALONE, GAPS, MISSPELT, Variable, likely_word
+from vasowave.study.folder.animal_columns import COLUMNS, ERRORS, FILES, NUMBERS, REQUIRED_COLUMNS, WEDGE
 from vasowave.study.folder.names import checked_name
 from vasowave.study.folder.problems import UNREADABLE, StudyProblem, unreadable
-from vasowave.study.folder.rows import COLUMNS, ERRORS, NUMBERS, REQUIRED_COLUMNS, WEDGE, AnimalRow
+from vasowave.study.folder.rows import AnimalRow
 
-_RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
-             "beat edits")  # fmt: skip
-_CYCLE_ONLY = ("period [s]", "subject row")
-_FURTHER_FILES = ("beat edits", "sites", "ventricle", "loops", "wedge wave")  # beside network and recording
 _MIN_TITLE_SIMILARITY = 0.8  # share of letters in common with a title from which another is a slip
-_SIGNED_COLUMNS = ("zero [mmHg]", "zero after [mmHg]", "flow zero [ml/s]", "flow gain [1]", "pressure delay [s]",
-           "flow delay [s]", "volume delay [s]")  # fmt: skip
-_MIN_CELL_VALUES = {
-    "start [s]": 0.0,
-    WEDGE: 0.0,
-    **dict.fromkeys(_SIGNED_COLUMNS, -math.inf),
-    **dict.fromkeys(ERRORS, 0.0),
-}
 _MIN_CELL_VALUE, _MAX_CELL_VALUE = 1e-12, 1e12  # beyond what any number of the table can be in its unit
 Say = Callable[[str, Finding], None]
 
@@ -92,7 +81,7 @@ IS_DEVICE = error_kind(
 NO_FOLDER = error_kind("animals.no-folder", f"{_FILE}does not exist, nor does its folder; {{remedy}}", _PUT_THERE)
 NO_FILE = error_kind("animals.no-file", f"{_FILE}does not exist{{hint}}; {{remedy}}", _PUT_THERE)
 NO_FILE_NAME = error_kind(
-    "animals.no-file-name", f"{_FILE}is no name of a file ({{why}}); {{remedy}}", "correct the name"
+    "animals.no-file-name", f"{_FILE}is not a name of a file ({{why}}); {{remedy}}", "correct the name"
 )
 _NO_NUMBER = "'{text}' is not a number; {remedy}"
 NO_NUMBER = error_kind("animals.no-number", _NO_NUMBER, "write one without its unit, or empty the cell")
@@ -255,9 +244,7 @@ def _row(
         return Place(table.source, line, f"column '{title}'")
 
     row, wrong = read_row(cell, Path(table.source).parent, groups, place, line)
-    carried = lab_columns | {
-        title: where[title] for title in (*SHARED_SOURCES, "hematocrit [1]", "temperature [°C]") if title in where
-    }
+    carried = lab_columns | {title: i for title, i in where.items() if COLUMNS[title].is_covariate}
     further = {title: unicodedata.normalize("NFC", table.cells[index][i].strip()) for title, i in carried.items()}
     return row and replace(row, lab_cells=further), wrong
 
@@ -299,7 +286,7 @@ def read_row(
         if title.endswith((" unit", " channel")) or title in ("sheet", "subject row", "site")
     }
     further_files: dict[str, Any] = {
-        field_of(title): folder / cell[title] if cell[title] else None for title in _FURTHER_FILES
+        field_of(title): folder / cell[title] if cell[title] else None for title in _further_files()
     }
     block, after = numbers.pop("block"), numbers.pop("zero_after")
     known_errors = {name: value for name in ERRORS.values() if (value := numbers.pop(name)) is not None}
@@ -335,9 +322,8 @@ def read_half_row(
 
 def _implied_kind(cell: Mapping[str, str]) -> str:
     """Return the kind of recording that the other columns speak of, empty if they speak of none."""
-    if any(cell[title] for title in _CYCLE_ONLY):
-        return "cycle"
-    return "raw" if any(cell[title] for title in _RAW_ONLY) else ""
+    kinds = {column.of for title, column in COLUMNS.items() if cell[title]}
+    return next((kind for kind in ("cycle", "raw") if kind in kinds), "")
 
 
 def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, report: Say) -> None:
@@ -360,8 +346,9 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
     for title in ("synthetic", "shared recording"):
         if cell[title].lower() not in ("", "no", "yes"):
             report(title, OTHER_WORD(text=cell[title], hint="", words="yes or no"))
-    for title in {"raw": _CYCLE_ONLY, "cycle": _RAW_ONLY}.get(kind, ()):
-        if cell[title]:
+    ignored_kind = {"raw": "cycle", "cycle": "raw"}.get(kind)
+    for title, column in COLUMNS.items():
+        if cell[title] and column.of == ignored_kind:
             report(title, IGNORED(kind=kind, column=title))
     for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow"), ("volume unit", "volume")):
         try:
@@ -372,11 +359,16 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
             report(title, UNREADABLE(text=str(error)))
 
 
+def _further_files() -> list[str]:
+    """Return the columns of files beside those of vessels and recording."""
+    return [title for title in FILES if title not in ("network", "recording", "flow")]
+
+
 def _files(cell: Mapping[str, str], folder: Path, report: Say) -> list[Path]:
     """Return the files of the network and of the recording."""
     titles = ["network", "recording", "flow"] if cell["flow"] else ["network", "recording"]
     files = [folder / cell[title] for title in titles]
-    for title in [*titles, *_FURTHER_FILES]:
+    for title in [*titles, *_further_files()]:
         file = folder / cell[title]
         try:
             if cell[title] and not file.is_file():
@@ -394,8 +386,7 @@ def _number(text: str, title: str, report: Say) -> float | None:
     except ValueError:
         report(title, (DECIMAL_COMMA if re.fullmatch(r"-?\d+,\d+", text) else NO_NUMBER)(text=text))
         return None
-    lowest = _MIN_CELL_VALUES.get(title, 5e-324)
-    if not (math.isfinite(value) and value >= lowest) or (title == "block" and value != int(value)):
+    if not (math.isfinite(value) and value >= COLUMNS[title].minimum) or (title == "block" and value != int(value)):
         report(title, NOT_POSITIVE(text=text, what="whole number" if title == "block" else "number"))
         return None
     if value and not _MIN_CELL_VALUE < abs(value) < _MAX_CELL_VALUE:

@@ -8,7 +8,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from vasowave.base.cures import SetCells
+from vasowave.base.cures import SetCells, field_of
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, of_file
 from vasowave.base.findings import Finding, found_in, look_kind, note_kind, warn
 from vasowave.base.io.textfile import look
@@ -39,6 +39,7 @@ from vasowave.pulse.calibration.sites import places_of
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.cycle.waveform import close_cycle, low_pass
+from vasowave.pulse.model.blood import Blood
 from vasowave.pulse.model.law_files import LawFile, in_words, learn
 from vasowave.pulse.model.nominal import estimate_nominal, oddities
 from vasowave.pulse.network.network import Network
@@ -49,6 +50,7 @@ from vasowave.study.animal.animal import Animal, Settings
 from vasowave.study.animal.files import to_bytes
 from vasowave.study.animal.pipeline import Progress, analyze
 from vasowave.study.animal.result import AnimalResult
+from vasowave.study.folder.animal_columns import COLUMNS
 from vasowave.study.folder.rows import AnimalRow
 from vasowave.study.folder.settings import StudyFile, animal_settings, averaging_settings
 from vasowave.study.results.store import Journal, key_of
@@ -67,26 +69,16 @@ SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
 _HEAD_BYTES = 4096  # bytes from the beginning of a file, where the mark stands
-_OF_FILES = ("network", "recordings", "beat_edits", "sites", "ventricle", "loops", "wedge_wave")
-_OF_LOOPS = {"volume channel", "volume unit", "volume delay [s]"}
+_OF_LOOPS = {title for title, column in COLUMNS.items() if column.of == "loops"}
 _FILE_OF_LOOPS = (
     ". In a study the file of loops holds one pressure with its unit, a volume in ml or µl, and no gap: export these "
     "channels and seconds into a file of its own"
 )
-_OPTIONAL = ("flow_diameter", "sheet", "subject_row", "site", "volume_channel", "volume_unit", "volume_delay")
+_OPTIONAL = {field_of(title) for title, column in COLUMNS.items() if column.enters_key == "where given"}
 """Of a row: what enters the key only where it is given."""
-_NOT_IN_KEY = (
-    *_OF_FILES,
-    "line",
-    "shared_recording",
-    "R_T",
-    "C_T",
-    "tau",
-    "lab_cells",
-    "errors",
-    "hematocrit",
-    "temperature",
-)
+_NOT_IN_KEY = {"recordings", "line", "lab_cells", "errors"} | {
+    field_of(title) for title, column in COLUMNS.items() if column.is_file or column.enters_key == "never"
+}
 """Of a row: files, which enter the key by their content, what stands in the settings, and what changes no result."""
 
 
@@ -134,7 +126,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     warned = list(found_in(caught))
     synthetic = row.synthetic or any(SYNTHETIC_MARK in look(file).start[:_HEAD_BYTES] for file in row.recordings)
     recording = _corrected(animal.recording, warned, row, study, folder)
-    recording = _noted(recording, _oddities(network, recording, study))
+    recording = _noted(recording, _oddities(network, recording, animal_settings(study, row).blood))
     if study.practice == "paper":
         recording = PAPER.recording(recording)
     sites = read_sites(row.sites) if row.sites else ()
@@ -297,10 +289,10 @@ def _through_instruments(recorded: Recording, row: AnimalRow, study: StudyFile) 
     return replace(recording, notes=(*recording.notes, ringing(suspected, recording)))
 
 
-def _oddities(network: Network, recording: Recording, study: StudyFile) -> Sequence[Finding]:
+def _oddities(network: Network, recording: Recording, blood: Blood) -> Sequence[Finding]:
     """Return which nominal values no artery has; none where there are no nominal values, which the fit says."""
     try:
-        return oddities(estimate_nominal(network, recording, animal_settings(study).blood), recording.flow)
+        return oddities(estimate_nominal(network, recording, blood), recording.flow)
     except VasowaveError:
         return ()
 
@@ -333,7 +325,7 @@ def analyze_animal(
 ) -> AnimalResult:
     """Analyze one animal; searches that its journal (a file) knows are not made again.
 
-    The SHA-256 of its files and the key of the piece (see `study.store`) stand in the `origin` of the result.
+    The SHA-256 of its files and the key of the piece (see `results.store`) stand in the `origin` of the result.
     """
     learn(laws)
     result = analyze(animal, settings, progress, Journal(Path(journal)))

@@ -285,7 +285,7 @@ def write_results(
     folder : Path
         Must exist.
     pieces : mapping of (animal, group) to Path
-        The piece of every animal (see `study.store`). Where the file system can, it is linked and not copied.
+        The piece of every animal (see `results.store`). Where the file system can, it is linked and not copied.
     failures : sequence of Failure
     settings : StudyFile
     variables : sequence of Variable

@@ -92,7 +92,7 @@ class ResultStore:
         Raises
         ------
         InputError
-            Something that is no file stands in its place and cannot be removed.
+            Something that is not a file stands in its place and cannot be removed.
         """
         names = os.listdir(self.folder) if self.folder.is_dir() else []  # by a pattern, thousands would take seconds
         for path in (self.folder / name for name in sorted(names) if name.startswith(f"{key}-") and name[-3:] == ".nc"):
@@ -245,7 +245,7 @@ class Journal:
 
 
 class WallEnds:
-    """The ends of the searches with one wall law, see `calibration.calibrate`."""
+    """The ends of the searches with one wall law, see `calibration.fitting`."""
 
     def __init__(self, journal: Journal, wall: str, starts: int) -> None:
         self.journal, self.wall, self.starts = journal, wall, starts

@@ -57,11 +57,11 @@ class RecordingFormat(Format):
 def check_sheet(paths: Sequence[str | Path], sheet: str) -> None:
     """Raise `InputError` for a sheet that is named where no file of a recording is a workbook."""
     if sheet and not any(RECORDINGS.of(path).sheets for path in paths):
-        raise InputError(f"{paths[0]}: is no workbook and has no sheet '{sheet}'; leave the sheet out")
+        raise InputError(f"{paths[0]}: is not a workbook and has no sheet '{sheet}'; leave the sheet out")
 
 
 def check_subject(paths: Sequence[str | Path], subject_row: str) -> None:
-    """Raise `InputError` for a subject that is named where a file is no table, which has a row for each."""
+    """Raise `InputError` for a subject that is named where a file is not a table, which has a row for each."""
     for path in paths if subject_row else ():
         if not (form := RECORDINGS.of(path)).subjects:
             raise InputError(f"{path}: {form.title}, has no row of '{subject_row}'; leave the subject out")

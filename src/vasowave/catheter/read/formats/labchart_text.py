@@ -48,7 +48,7 @@ def read_labchart_text(path: str | Path, progress: Progress | None = None) -> li
     Raises
     ------
     InputError
-        Line of: a header without interval or titles, a row of another width, a cell that is no number, both decimal
+        Line of: a header without interval or titles, a row of another width, a cell that is not a number, both decimal
         marks in one file, times that contradict the interval.
     """
     marks = DecimalMark(path)

@@ -110,7 +110,7 @@ def _positive(place: str, value: np.ndarray) -> float:
         raise InputError(f"{place}: {value.size} numbers where the rate, or the interval between samples, is one")
     if not 1e-9 < number < 1e9:
         raise InputError(
-            f"{place}: '{text(value) or f'{number:g}'}' is no rate or interval between samples; write a number"
+            f"{place}: '{text(value) or f'{number:g}'}' is not a rate or interval between samples; write a number"
         )
     return number
 

@@ -209,7 +209,7 @@ def _is_epoch(time: np.ndarray) -> bool:
 
 
 def _rises_evenly(values: np.ndarray) -> bool:
-    """Whether a column is one of times: it rises by the same step all along, which is no count of samples."""
+    """Whether a column is one of times: it rises by the same step all along, which is not a count of samples."""
     steps = np.diff(values)
     even = len(steps) > 1 and steps[0] > 0 and np.allclose(steps, np.median(steps), rtol=0.1, atol=0)
     return bool(even and not np.isclose(np.median(steps), 1.0, rtol=1e-6))
@@ -233,7 +233,7 @@ def read_number_table(
     Raises
     ------
     InputError
-        No header, no times and no rate, or line and column of: surplus or missing values, a cell that is no number,
+        No header, no times and no rate, or line and column of: surplus or missing values, a cell that is not a number,
         both decimal marks, uneven times.
     """
     with subject_asked_for(path, sheet=sheet):

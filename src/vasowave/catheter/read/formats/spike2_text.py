@@ -45,7 +45,7 @@ def read_spike2_text(path: Path, progress: Progress | None = None) -> list[Block
     Raises
     ------
     InputError
-        Line of a value that is no number; no waveform; a stretch without an interval.
+        Line of a value that is not a number; no waveform; a stretch without an interval.
     """
     summary: dict[str, list[str]] = {}
     sections: list[_Section] = []

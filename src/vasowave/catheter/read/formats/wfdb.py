@@ -119,7 +119,7 @@ def _signal(header: Path, text: str) -> _SignalLine:
     """Return the signal of a line; a unit that is not said is left empty, though the manual takes mV for it."""
     match = _SIGNAL.fullmatch(text)
     if match is None or match["format"] not in _BITS:
-        raise InputError(f"{header}: '{text[:80]}' is no signal of a format that is read ({', '.join(_BITS)}); convert "
+        raise InputError(f"{header}: '{text[:80]}' is not of a format that is read ({', '.join(_BITS)}); convert "
                          "the record with WFDB's xform, or export it as CSV with rdsamp -c -p -v")  # fmt: skip
     if int(match["skew"] or 0):
         raise InputError(f"{header}: '{text[:80]}' is skewed, {match['skew']} frames late; write the record again with "

@@ -114,7 +114,7 @@ def _relative(result: AnimalResult, wall: str, name: str, center: float, called:
 
 
 def animals_of(cohort: Cohort, effect: Effect) -> list[Dot]:
-    """Return the animals of an effect of the primary comparison; none where an effect is no ratio that one animal has.
+    """Return the animals of an effect of the primary comparison; none where no animal has such a ratio.
 
     Of groups each animal over the mean of the reference, of several recordings of an animal their mean. Of occasions
     each animal's own ratio, and of what groups differ in it that over the mean ratio of the reference.
