@@ -48,7 +48,7 @@ CELLS = tuple(title for title, column in folders.COLUMNS.items() if column.is_op
 CELLS_OF_ADD = (*CELLS, "site")
 """Those of `add`; elsewhere the artery is that of the study."""
 
-CELLS_OF_INDICES = tuple(title for title in CELLS if folders.COLUMNS[title].of not in ("loops", "animal"))
+CELLS_OF_INDICES = tuple(title for title in CELLS if folders.COLUMNS[title].scope not in ("loops", "animal"))
 """Those of `indices`, which says nothing of other places, of a ventricle and of blood."""
 
 CELLS_OF = {"channel": ("pressure", "flow", "ecg", "volume"), "unit": ("pressure", "flow", "volume")}

@@ -28,7 +28,7 @@ class Column:
         What it holds.
     is_file : bool
         Whether it holds the name of a file.
-    of : {"", "raw", "cycle", "loops", "animal"}
+    scope : {"", "raw", "cycle", "loops", "animal"}
         What it tells of, where that is not every recording: one kind of recordings, or what lies beside it.
     minimum : float
         The smallest number; by default positive ones only.
@@ -42,7 +42,7 @@ class Column:
 
     meaning: str
     is_file: bool = False
-    of: Literal["", "raw", "cycle", "loops", "animal"] = ""
+    scope: Literal["", "raw", "cycle", "loops", "animal"] = ""
     minimum: float = _SMALLEST
     enters_key: Literal["always", "where given", "never"] = "always"
     is_option: bool = True
@@ -73,7 +73,7 @@ COLUMNS = {
         is_option=False,
     ),
     "period [s]": Column(
-        "Period of a cycle without times; beside times it tells whether the last sample is the next one's.", of="cycle"
+        "Period of a cycle without times; beside times it tells whether the last sample is the next one's.", scope="cycle"
     ),
     WEDGE: Column(
         "Wedge pressure, or that of the left atrium: what lies behind the vascular beds; empty: 0.", minimum=0.0
@@ -86,10 +86,10 @@ COLUMNS = {
     "pressure unit": Column("Unit of the pressure, where its file names none or a wrong one.", is_option=False),
     "flow unit": Column("Unit of the flow, where its file names none or a wrong one.", is_option=False),
     "pressure channel": Column(
-        "raw: title of the pressure channel, where the titles do not tell.", of="raw", is_option=False
+        "raw: title of the pressure channel, where the titles do not tell.", scope="raw", is_option=False
     ),
-    "flow channel": Column("raw: title of the flow channel.", of="raw", is_option=False),
-    "ecg channel": Column("raw: title of the ECG channel.", of="raw", is_option=False),
+    "flow channel": Column("raw: title of the flow channel.", scope="raw", is_option=False),
+    "ecg channel": Column("raw: title of the ECG channel.", scope="raw", is_option=False),
     "flow diameter [mm]": Column(
         "Diameter of the vessel where a velocity (Doppler) was recorded in place of the flow: the flow is "
         "velocity times area, and `flow gain [1]` the share of the mean in a velocity that is a peak.",
@@ -100,7 +100,7 @@ COLUMNS = {
     ),
     "subject row": Column(
         "Of a table of several subjects, a row or columns of each: which of them is read, by its name.",
-        of="cycle",
+        scope="cycle",
         enters_key="where given",
     ),
     "site": Column(
@@ -108,46 +108,46 @@ COLUMNS = {
         enters_key="where given",
         is_option=False,
     ),
-    "block": Column("raw: block of a LabChart file, counted from 1; the longest by default.", of="raw"),
-    "start [s]": Column("raw: start of the stretch to use, since the start of the block.", of="raw", minimum=0.0),
-    "end [s]": Column("raw: end of the stretch to use.", of="raw"),
+    "block": Column("raw: block of a LabChart file, counted from 1; the longest by default.", scope="raw"),
+    "start [s]": Column("raw: start of the stretch to use, since the start of the block.", scope="raw", minimum=0.0),
+    "end [s]": Column("raw: end of the stretch to use.", scope="raw"),
     "beat edits": Column(
         "raw: file of what a person decided of single beats: reject, keep, move (action, time [s], to [s]).",
         is_file=True,
-        of="raw",
+        scope="raw",
     ),
     "sites": Column(
         f"Table of what was observed at further places, one row a place, with the columns {', '.join(SITES)}.",
         is_file=True,
-        of="animal",
+        scope="animal",
     ),
     "ventricle": Column(
         "Table of the pressure in the ventricle that ejects into the network, with its time: one cycle or several "
         "beats, not in step with the recording. Gives its elastance beside the artery's.",
         is_file=True,
-        of="animal",
+        scope="animal",
     ),
     "loops": Column(
         "Recording of pressure and volume of a ventricle, some seconds of beats, best with a fall of the preload; "
         "gives E_es, E_a, preload-recruitable work and others (`vasowave loops`).",
         is_file=True,
-        of="animal",
+        scope="animal",
     ),
     "volume channel": Column(
         "loops: title of the volume's channel, where the titles do not tell.",
-        of="loops",
+        scope="loops",
         enters_key="where given",
         is_option=False,
     ),
     "volume unit": Column(
         "loops: unit of the volume, where its file names none or a wrong one.",
-        of="loops",
+        scope="loops",
         enters_key="where given",
         is_option=False,
     ),
     "volume delay [s]": Column(
         "loops: by how much the volume was recorded later than the pressure; negative: earlier.",
-        of="loops",
+        scope="loops",
         minimum=-math.inf,
         enters_key="where given",
     ),
@@ -183,17 +183,17 @@ COLUMNS = {
     "flow delay [s]": Column("Likewise of the flow.", minimum=-math.inf),
     "hematocrit [1]": Column(
         "Share of cells in the blood, 0.2 to 0.8: the viscosity of study.yaml is that at 0.45.",
-        of="animal",
+        scope="animal",
         enters_key="never",
         is_covariate=True,
     ),
     "temperature [°C]": Column(
         "Of the blood while it was recorded, 20 to 45: the viscosity of study.yaml is that at 37.",
-        of="animal",
+        scope="animal",
         enters_key="never",
         is_covariate=True,
     ),
-    "sampling rate [1/s]": Column("raw: samples per second of a table without a time column.", of="raw"),
+    "sampling rate [1/s]": Column("raw: samples per second of a table without a time column.", scope="raw"),
     "synthetic": Column("yes if the recording was made and not measured; the report then says so.", is_option=False),
     "shared recording": Column(
         "yes if another animal has the same recording on purpose; else that is an error.",

@@ -322,7 +322,7 @@ def read_half_row(
 
 def _implied_kind(cell: Mapping[str, str]) -> str:
     """Return the kind of recording that the other columns speak of, empty if they speak of none."""
-    kinds = {column.of for title, column in COLUMNS.items() if cell[title]}
+    kinds = {column.scope for title, column in COLUMNS.items() if cell[title]}
     return next((kind for kind in ("cycle", "raw") if kind in kinds), "")
 
 
@@ -348,7 +348,7 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
             report(title, OTHER_WORD(text=cell[title], hint="", words="yes or no"))
     ignored_kind = {"raw": "cycle", "cycle": "raw"}.get(kind)
     for title, column in COLUMNS.items():
-        if cell[title] and column.of == ignored_kind:
+        if cell[title] and column.scope == ignored_kind:
             report(title, IGNORED(kind=kind, column=title))
     for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow"), ("volume unit", "volume")):
         try:

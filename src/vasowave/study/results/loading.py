@@ -69,7 +69,7 @@ SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
 _HEAD_BYTES = 4096  # bytes from the beginning of a file, where the mark stands
-_OF_LOOPS = {title for title, column in COLUMNS.items() if column.of == "loops"}
+_OF_LOOPS = {title for title, column in COLUMNS.items() if column.scope == "loops"}
 _FILE_OF_LOOPS = (
     ". In a study the file of loops holds one pressure with its unit, a volume in ml or µl, and no gap: export these "
     "channels and seconds into a file of its own"
