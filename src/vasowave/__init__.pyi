@@ -16,6 +16,7 @@ from vasowave.catheter.read.ventricle import read_ventricle as read_ventricle
 from vasowave.catheter.right_heart import RightHeart as RightHeart
 from vasowave.catheter.right_heart import read_right_heart as read_right_heart
 from vasowave.catheter.signals.raw import RawRecording as RawRecording
+from vasowave.catheter.signals.raw import SensorCalibration as SensorCalibration
 from vasowave.lung.extraction import extract as extract
 from vasowave.lung.overview import look as look
 from vasowave.pulse.analysis.attribution import Attribution as Attribution

@@ -11,6 +11,7 @@ from scipy.io import savemat
 
 from vasowave.base import InputError, VasowaveWarning
 from vasowave.catheter.read import read_recording
+from vasowave.catheter.signals import SensorCalibration
 
 MOUSE = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-c6"
 PERIOD = 0.11
@@ -52,7 +53,7 @@ def test_zeros_and_gains_are_taken_off_before_a_cycle_is_judged(tmp_path):
     path = write(tmp_path / "cycle.csv", TIME, PRESSURE - 20, 0.1 - FLOW / 2, header="t [s],p [mmHg],Q [ml/s]")
     with pytest.raises(InputError, match="is not positive"):
         read_recording(path)
-    recording = read_recording(path, calibration=(-20, 1, -2, 0.1))
+    recording = read_recording(path, calibration=SensorCalibration(zero=-20, flow_gain=-2, flow_zero=0.1))
     np.testing.assert_allclose(recording.pressure, PRESSURE, atol=1e-7)
     np.testing.assert_allclose(recording.flow, FLOW, atol=1e-7)
     said = [str(one) for one in recording.notes]

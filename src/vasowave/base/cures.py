@@ -157,9 +157,11 @@ def argument(cure: Cure) -> str:
     match cure:
         case ShiftFlowZero(level):
             zero = f"{float(level):.6g}"
-            return f"recording.calibrated(flow_zero={zero}), of a cycle calibration=(0, 1, 1, {zero})"
+            return (
+                f"recording.calibrated(flow_zero={zero}), of a cycle calibration=vw.SensorCalibration(flow_zero={zero})"
+            )
         case TurnFlow():
-            return "recording.calibrated(flow_gain=-1), of a cycle calibration=(0, 1, -1, 0)"
+            return "recording.calibrated(flow_gain=-1), of a cycle calibration=vw.SensorCalibration(flow_gain=-1)"
         case SetCells(_, (("kind", "raw"),)):
             return "average_beats(read_raw_recording(path))"
         case SetCells(_, cells) if all(title in _ARGUMENTS for title, _ in cells):

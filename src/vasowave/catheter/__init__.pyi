@@ -27,6 +27,7 @@ from vasowave.catheter.right_heart import Derived as Derived
 from vasowave.catheter.right_heart import RightHeart as RightHeart
 from vasowave.catheter.right_heart import read_right_heart as read_right_heart
 from vasowave.catheter.signals.raw import RawRecording as RawRecording
+from vasowave.catheter.signals.raw import SensorCalibration as SensorCalibration
 from vasowave.catheter.synthetic import Disturbances as Disturbances
 from vasowave.catheter.synthetic import SyntheticRecording as SyntheticRecording
 from vasowave.catheter.synthetic import synthetic_raw_recording as synthetic_raw_recording

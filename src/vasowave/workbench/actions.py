@@ -59,7 +59,7 @@ def set_gain(
     if start is None or end is None or known is None:
         return set_cells(workplace, animal, {title: ""})
     read = mean_between(workplace.recordings.opened(row, study).traces, signal, start, end)
-    above = read - row.calibration[0 if signal == "pressure" else 3]
+    above = row.calibration._replace(gain=1.0, flow_gain=1.0).corrected(signal, read)
     if not (above if signal == "pressure" else abs(above)) > _MIN_SHARE * abs(read):  # a probe may be mounted backward
         raise InputError(f"the {signal} that was read here, {above:.3g} above zero, is not above the zero; "
                          "say first where it is zero, or take another stretch")  # fmt: skip

@@ -157,9 +157,8 @@ class Recordings:
         traces = self.opened(row, study).traces
         if signal not in traces:
             raise InputError(f"'{signal}' is not a signal of this recording; it has: {', '.join(traces)}")
-        zero, gain, flow_gain, flow_zero = row.calibration
-        above, factor = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}.get(signal, (0.0, 1.0))
-        return (traces[signal].between(start, end, width) - above) * factor
+        drawn = traces[signal].between(start, end, width)
+        return row.calibration.corrected(signal, drawn) if signal in ("pressure", "flow") else drawn
 
     def opened(self, row: AnimalRow, study: Study) -> LoadedRecording:
         """Return a recording from the start of its block as it was read, gaps and all, whatever is averaged of it."""

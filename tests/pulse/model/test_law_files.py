@@ -165,7 +165,7 @@ def test_a_package_offers_a_wall_law_by_the_entry_point_that_the_page_names(tmp_
     (installed / "entry_points.txt").write_text(f"[{group}]\noffered = offered_laws:ExponentialWall\n", "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     assert find_law("offered").law().name == "exponential"
-    with pytest.raises(InputError, match="choose from: .*offered"):
+    with pytest.raises(InputError, match=r"choose from: .*offered"):
         find_law("nowhere offered")
 
 

@@ -26,7 +26,7 @@ from vasowave.catheter.read.gated import MAX_PHASES, MIN_PHASES, place_error
 from vasowave.catheter.read.several_beats import beats_within, many_beats, mean_beat, several_finding
 from vasowave.catheter.read.subject_rows import period_of_subject
 from vasowave.catheter.read.velocity import flow_of_velocity
-from vasowave.catheter.signals.raw import calibration_notes
+from vasowave.catheter.signals.raw import AS_READ, SensorCalibration
 from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE, Signal, even_step
 from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Recording, resample
 
@@ -87,7 +87,7 @@ def read_recording(
     pressure_unit: str | None = None,
     flow_unit: str | None = None,
     wedge_pressure: float = 0.0,
-    calibration: tuple[float, float, float, float] = (0.0, 1.0, 1.0, 0.0),
+    calibration: SensorCalibration = AS_READ,
     **form: Any,
 ) -> Recording:
     """Read one averaged cycle from one table, or from one file of pressure and one of flow.
@@ -107,9 +107,8 @@ def read_recording(
         in mmHg or ml/s, and the recording's notes say so.
     wedge_pressure : float
         Pressure behind the vascular beds, mmHg, see `Recording`.
-    calibration : tuple of float
-        What is subtracted from the pressure, mmHg, what pressure and flow are then multiplied by, and what is
-        subtracted from the flow, ml/s; a gain of the flow of -1 turns that of a probe mounted backward.
+    calibration : SensorCalibration
+        Zeros and gains of the instruments.
     **form
         ``site``, the artery, whose titles and pressures are then looked for; ``sheet`` of a workbook, by default the
         first that holds pressure and flow; ``flow_diameter`` of the vessel, mm, where a velocity was recorded in place
@@ -156,14 +155,10 @@ def read_recording(
             *read_signals(paths[1], {second: flow_unit}, site, sheet, subject),
         ]
     signals = [_as_flow(signal, flow_diameter) for signal in signals]
-    zero, gain, flow_gain, flow_zero = calibration
-    corrections = {"pressure": (zero, gain), "flow": (flow_zero, flow_gain)}
-    signals = [
-        replace(signal, values=(signal.values - corrections[signal.quantity][0]) * corrections[signal.quantity][1])
-        for signal in signals
-    ]
+    calibration = SensorCalibration(*calibration)
+    signals = [replace(signal, values=calibration.corrected(signal.quantity, signal.values)) for signal in signals]
     recording = _assemble(signals, period, len(paths) == 1, site)
-    notes = (*recording.notes, *calibration_notes(*calibration))
+    notes = (*recording.notes, *calibration.notes())
     return replace(recording, wedge_pressure=wedge_pressure, notes=notes)
 
 

@@ -10,6 +10,7 @@ from vasowave.catheter.signals.plateaus import Plateau as Plateau
 from vasowave.catheter.signals.plateaus import plateau_findings as plateau_findings
 from vasowave.catheter.signals.plateaus import saturated as saturated
 from vasowave.catheter.signals.raw import RawRecording as RawRecording
+from vasowave.catheter.signals.raw import SensorCalibration as SensorCalibration
 from vasowave.catheter.signals.same_signal import are_of_one as are_of_one
 from vasowave.catheter.signals.same_signal import trace_of as trace_of
 from vasowave.catheter.signals.signal import even_step as even_step

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -38,6 +38,44 @@ def check_rate(source: str, rate: float) -> None:
             f"{source}: {rate:g} samples/s; at least {MIN_RATE:g} are needed of the slowest heart (1000 or more are "
             "usual); export the waves at their full rate, not their means, or name the unit of their times"
         )
+
+
+class SensorCalibration(NamedTuple):
+    """What instruments read at none, and the factors of what they read.
+
+    Attributes
+    ----------
+    zero, flow_zero : float
+        What is subtracted from the pressure, mmHg, and from the flow, ml/s.
+    gain, flow_gain : float
+        What pressure and flow are then multiplied by; -1 turns the flow of a probe mounted backward.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.SensorCalibration(zero=2.0, gain=1.1).corrected("pressure", 22.0)
+    22.0
+    """
+
+    zero: float = 0.0
+    gain: float = 1.0
+    flow_gain: float = 1.0
+    flow_zero: float = 0.0
+
+    def corrected(self, signal: str, values: Any) -> Any:
+        """Return what was read of the ``"pressure"`` or the ``"flow"``, counted from its zero and times its gain."""
+        zero, gain = (self.zero, self.gain) if signal == "pressure" else (self.flow_zero, self.flow_gain)
+        return (values - zero) * gain
+
+    def notes(self) -> list[Finding]:
+        """Return what zeros and gains did to a recording; nothing where they are 0 and 1."""
+        notes = [ZEROED(zero=self.zero)] if self.zero else []
+        notes += [FLOW_ZEROED(zero=self.flow_zero)] if self.flow_zero else []
+        gains = ("pressure", self.gain), ("flow", self.flow_gain)
+        return [*notes, *(GAINS(what=signal, gain=gain) for signal, gain in gains if gain != 1.0)]
+
+
+AS_READ = SensorCalibration()
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,12 +228,12 @@ class RawRecording:
         self, zero: float = 0.0, gain: float = 1.0, flow_gain: float = 1.0, flow_zero: float = 0.0
     ) -> "RawRecording":
         """Return the recording counted from what the instruments read at none (mmHg, ml/s), and times gains."""
-        calibration = zero, gain, flow_gain, flow_zero
-        if calibration == (0.0, 1.0, 1.0, 0.0):
+        calibration = SensorCalibration(zero, gain, flow_gain, flow_zero)
+        if calibration == AS_READ:
             return self
         neighbours = tuple(stretch.calibrated(*calibration) for stretch in self.beside)
-        notes = (*self.notes, *calibration_notes(*calibration))
-        pressure, flow = (self.pressure - zero) * gain, (self.flow - flow_zero) * flow_gain
+        notes = (*self.notes, *calibration.notes())
+        pressure, flow = calibration.corrected("pressure", self.pressure), calibration.corrected("flow", self.flow)
         return replace(self, pressure=pressure, flow=flow, beside=neighbours, notes=notes)
 
     def _cut(self, start: float, end: float) -> "RawRecording":
@@ -212,13 +250,3 @@ class RawRecording:
             origin=origin,
             beside=(),
         )
-
-
-def calibration_notes(zero: float, gain: float, flow_gain: float, flow_zero: float) -> list[Finding]:
-    """Return what zeros and gains that a person gave did to a recording; nothing where they are 0 and 1."""
-    notes = [ZEROED(zero=zero)] if zero else []
-    notes += [FLOW_ZEROED(zero=flow_zero)] if flow_zero else []
-    return [
-        *notes,
-        *(GAINS(what=signal, gain=by) for signal, by in (("pressure", gain), ("flow", flow_gain)) if by != 1.0),
-    ]

@@ -73,7 +73,8 @@ COLUMNS = {
         is_option=False,
     ),
     "period [s]": Column(
-        "Period of a cycle without times; beside times it tells whether the last sample is the next one's.", scope="cycle"
+        "Period of a cycle without times; beside times it tells whether the last sample is the next one's.",
+        scope="cycle",
     ),
     WEDGE: Column(
         "Wedge pressure, or that of the left atrium: what lies behind the vascular beds; empty: 0.", minimum=0.0

@@ -7,6 +7,7 @@ from typing import Literal
 
 from vasowave.catheter.read.formats import companion_files
 from vasowave.catheter.read.site_files import site_files
+from vasowave.catheter.signals.raw import SensorCalibration
 
 
 @dataclass(frozen=True)
@@ -69,12 +70,10 @@ class AnimalRow:
     """Cells of the columns that are the lab's own, by title, and of those that say what animals share."""
 
     @property
-    def calibration(self) -> tuple[float, float, float, float]:
-        """What is subtracted from the pressure that was read, mmHg, the factors of pressure and flow, and what is
-        subtracted from the flow, ml/s.
-        """
-        pressure_gain, flow_gain = (1.0 if gain is None else gain for gain in (self.pressure_gain, self.flow_gain))
-        return self.zero or 0.0, pressure_gain, flow_gain, self.flow_zero or 0.0
+    def calibration(self) -> SensorCalibration:
+        """Zeros and gains of the instruments."""
+        gain, flow_gain = (1.0 if factor is None else factor for factor in (self.pressure_gain, self.flow_gain))
+        return SensorCalibration(self.zero or 0.0, gain, flow_gain, self.flow_zero or 0.0)
 
     @property
     def files(self) -> dict[str, Path]:
