@@ -161,7 +161,7 @@ def argument(cure: Cure) -> str:
                 f"recording.calibrated(flow_zero={zero}), of a cycle calibration=vw.SensorCalibration(flow_zero={zero})"
             )
         case TurnFlow():
-            return "recording.calibrated(flow_gain=-1), of a cycle calibration=vw.SensorCalibration(flow_gain=-1)"
+            return "recording.calibrated(flow_gain=-1), of a cycle SensorCalibration(flow_gain=-1)"
         case SetCells(_, (("kind", "raw"),)):
             return "average_beats(read_raw_recording(path))"
         case SetCells(_, cells) if all(title in _ARGUMENTS for title, _ in cells):
