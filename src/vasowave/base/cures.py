@@ -156,12 +156,9 @@ def argument(cure: Cure) -> str:
     """Return a cure as what a function of the package takes, or as what to call; empty where there is nothing."""
     match cure:
         case ShiftFlowZero(level):
-            zero = f"{float(level):.6g}"
-            return (
-                f"recording.calibrated(flow_zero={zero}), of a cycle calibration=vw.SensorCalibration(flow_zero={zero})"
-            )
+            return _of_sensor(f"flow_zero={float(level):.6g}")
         case TurnFlow():
-            return "recording.calibrated(flow_gain=-1), of a cycle SensorCalibration(flow_gain=-1)"
+            return _of_sensor("flow_gain=-1")
         case SetCells(_, (("kind", "raw"),)):
             return "average_beats(read_raw_recording(path))"
         case SetCells(_, cells) if all(title in _ARGUMENTS for title, _ in cells):
@@ -179,6 +176,10 @@ def argument(cure: Cure) -> str:
         case RunAgain():
             return "run_study(study)"
     return ""
+
+
+def _of_sensor(argument: str) -> str:
+    return f"recording.calibrated({argument}), of a cycle calibration=SensorCalibration({argument})"
 
 
 def arguments(cures: Iterable[Cure]) -> list[str]:
