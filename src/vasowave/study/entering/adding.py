@@ -188,7 +188,8 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     in_use = {*settings.groups, *(row["group"] for row in concerned)}
     marks = {label: words for label, words in marks.items() if label != options.group or label in in_use}
     marks = _settled(marks, options.groups, {row["group"] for row in [*before.rows, *rows]}, had)
-    contents, keys = {table: written_rows(before, rows)}, dict(times.keys)
+    contents = {table: written_rows(before, rows)}
+    keys: dict[tuple[str, ...], str] = {("design", key): text for key, text in times.keys.items()}
     if list(marks) != settings.groups:
         keys[("groups",)] = written(list(marks))
         remarks.append(_of_groups(path, marks, settings, options.group))

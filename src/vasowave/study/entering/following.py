@@ -22,8 +22,8 @@ class Followed(NamedTuple):
     ----------
     entries : list of AddedRow
         Those that are added, called without their occasions.
-    keys : dict of tuple of str to str
-        What the study file is to hold, by section and key.
+    keys : dict of str to str
+        What the design of the study file is to hold.
     updated : list of str
         Animals of rows that were there and say more now.
     remarks : list of str
@@ -31,7 +31,7 @@ class Followed(NamedTuple):
     """
 
     entries: Sequence[AddedRow]
-    keys: Mapping[tuple[str, ...], str] = {}
+    keys: Mapping[str, str] = {}
     updated: Sequence[str] = ()
     remarks: Sequence[str] = ()
     cures: Sequence[Cure] = ()
@@ -66,7 +66,7 @@ def followed(
     targets = [*(entry.cells for entry in entries), *rows]
     changed = [_fill(target, row, {subject: animal, column: level}) for target, row, animal, level
                in zip(targets, cells, occasions.subjects, occasions.levels, strict=True)]  # fmt: skip
-    keys = {("design", "subject"): subject, ("design", "occasion"): column} if not design.occasion else {}
+    keys = {} if design.occasion else {"subject": subject, "occasion": column}
     updated = [row["animal"] for row, fresh in zip(rows, changed[len(entries) :], strict=True) if fresh]
     if not any(changed):
         return Followed(entries)

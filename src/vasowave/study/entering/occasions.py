@@ -100,9 +100,8 @@ def told_occasions(files: Sequence[Path], folder: Path, animals: Sequence[str]) 
     """
     names = [path_names(file, folder) for file in files]
     depth = max(map(len, names), default=0)
-    readings = [_reading(files, names, animals, place) for place in range(depth)]
-    readings = [reading for reading in readings if reading is not None]
-    return min(readings, key=lambda reading: not reading.clear, default=None)
+    readings = (_reading(files, names, animals, place) for place in range(depth))
+    return min(filter(None, readings), key=lambda reading: not reading.clear, default=None)
 
 
 def _first_first(level: str) -> tuple[bool, int]:
