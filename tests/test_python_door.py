@@ -110,6 +110,9 @@ def test_an_animal_shows_its_numbers_in_a_terminal_and_in_a_notebook(results):
     assert f"mPAP {value:.4g} mmHg" in rows[0]
     assert all(f"mPAP {value:.4g} mmHg" in text for text in (repr(result), result._repr_html_()))
     assert "RMSE" in rows[1]
+    law = result.laws["linear"]
+    assert repr(law).startswith(f"LawResult('linear', stiffness {float(law.quantities['stiffness']):.4g} mmHg")
+    assert f"{float(result.measured.quantities['CO']):.4g}" in result.measured._repr_html_()
 
 
 def test_the_table_holds_every_stored_number_with_its_interval_and_unit_once(results):

@@ -353,7 +353,7 @@ def test_what_several_animals_have_in_common_is_one_line_below_the_errors_and_ea
     assert "6 animals (m0, m1, m2 and 3 more), of the first: C_T 0.131 ml/mmHg as given" in together
     assert [line.partition(":")[0] for line in lines] == sorted(line.partition(":")[0] for line in lines)
     assert lines[0].startswith("error")
-    assert re.search(r"roughly \d+ s to compute here", short)
+    assert re.search(r"roughly \d+ s with the report here", short)
     assert all(f"C_T {value} ml/mmHg as given" in long for value in given)
     assert f"; each by itself: vasowave -v check {folder}" in short.splitlines()[-1]
 

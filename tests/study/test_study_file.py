@@ -8,7 +8,7 @@ from jsonschema import Draft202012Validator
 
 import study_file
 from vasowave.base import InputError, settings_of
-from vasowave.study.entering import FOLDERS, new_study, schema_text, study_text, with_groups, with_value, written
+from vasowave.study.entering import FOLDERS, new_study, schema_text, study_text, with_groups, with_values, written
 from vasowave.study.folder import StudyFile, parse_settings, read_document
 
 
@@ -192,7 +192,7 @@ def test_one_value_of_a_study_file_is_changed_and_the_rest_stays(tmp_path):
 
     def changed(text, key, value):
         path.write_text(text)
-        return with_value(path, key, value)
+        return with_values(path, {tuple(key): value})
 
     assert changed("title: a  # mine\nspecies: rat\n", ("title",), "b") == "title: b  # mine\nspecies: rat\n"
     assert changed("title: a\n", ("species",), "rat") == "title: a\nspecies: rat\n"

@@ -58,7 +58,7 @@ def _refuse_repeated(ctx: Any, command: Any, arguments: list[str]) -> None:
             context.fail(f"{option.opts[0]} is given {count} times and takes one value; give it once")
 
 
-app = typer.Typer(
+app: typer.Typer = typer.Typer(
     cls=Commands,
     no_args_is_help=True,
     add_completion=True,

@@ -51,7 +51,10 @@ CELLS_OF_ADD = (*CELLS, "site")
 CELLS_OF_INDICES = tuple(title for title in CELLS if folders.COLUMNS[title].scope not in ("loops", "animal"))
 """Those of `indices`, which says nothing of other places, of a ventricle and of blood."""
 
-CELLS_OF = {"channel": ("pressure", "flow", "ecg", "volume"), "unit": ("pressure", "flow", "volume")}
+CELLS_OF: dict[str, tuple[str, ...]] = {
+    "channel": ("pressure", "flow", "ecg", "volume"),
+    "unit": ("pressure", "flow", "volume"),
+}
 _MEANINGS = {
     "channel": "Title of the channel of pressure, flow, ecg or (of loops) volume, where titles and units leave more "
     "than one answer; may be repeated: --channel pressure='PA 2'.",

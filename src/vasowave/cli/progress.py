@@ -27,13 +27,13 @@ def show_animals(rows: "Sequence[Sequence[str]]") -> None:
 
 
 def work_of(read: "Sequence[results.AnimalRead]", settings: "folders.StudyFile") -> str:
-    """Return how much there is to compute, in words."""
+    """Return how much there is to do, in words."""
     seconds = results.expected_seconds(read, settings, cores())
     walls, starts = settings.calibration.walls, settings.calibration.starts
     rows = "Recordings" if settings.design.subject else "Animals"
     return (
         f"{rows} {len(read)}; wall laws {', '.join(map(laws.plain, walls))}; {starts} starts of each fit: roughly "
-        f"{rough_time(seconds)} to compute here ({cores()} cores), less where results are kept."
+        f"{rough_time(seconds)} with the report here ({cores()} cores), less where results are kept."
     )
 
 

@@ -94,11 +94,12 @@ class ProgressRows:
     """
 
     def __init__(self, console: Console, bars: Bars) -> None:
-        self.console, self.bars = console, bars
+        self.console: Console = console
+        self.bars: Bars = bars
         self.rows: dict[str, TaskID] = {}
         self.finished: set[str] = set()
         self.stages: dict[str, str] = {}
-        self.idle = _BEGIN
+        self.idle: str = _BEGIN
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""

@@ -55,7 +55,7 @@ SHARES = ("a", "C_p_over_C_T", "C_p_over_C_T_plain")
 OF_PARAMETERS = ("stiffness", *ACROSS_LAWS)
 """Quantities that follow from a model without a simulation."""
 
-QUESTIONS = {
+QUESTIONS: dict[str, tuple[str, ...]] = {
     "Pressure and flow": INDICES,
     "Large arteries": ("measured_Z_c", "pPAP_over_SV", "stiffness", "wave_speed", "C_v", "C_v_plain"),
     "Small vessels": ("measured_C_T", "measured_tau", "RC", "R_T", "C_p", "C_T", "C_T_plain", "tau", "tau_plain", "a"),

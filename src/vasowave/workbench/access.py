@@ -70,8 +70,10 @@ class Guarded:
     """
 
     def __init__(self, app: App, token: str, port: int) -> None:
-        self.app, self.token, self.report_token = app, token, secrets.token_urlsafe(24)
-        self.hosts = {f"{name}:{port}".encode() for name in ("127.0.0.1", "localhost")}
+        self.app: App = app
+        self.token: str = token
+        self.report_token: str = secrets.token_urlsafe(24)
+        self.hosts: set[bytes] = {f"{name}:{port}".encode() for name in ("127.0.0.1", "localhost")}
         self._tickets: dict[str, tuple[str, Callable[[], None]]] = {}
 
     def ticket(self, desk: str, used: Callable[[], None]) -> str:
@@ -214,7 +216,7 @@ class Patient(H11Protocol):
     One too many takes the place of the oldest that never asked anything.
     """
 
-    begun = 0.0
+    begun: float = 0.0
     waiting: TimerHandle | None = None
 
     def connection_made(self, transport: Any) -> None:

@@ -42,11 +42,13 @@ class Arrivals:
     """
 
     def __init__(self, desk: Desk, clock: Callable[[], float] = time.monotonic) -> None:
-        self.desk, self.clock = desk, clock
-        self.turn, self.folders = threading.RLock(), set[Path]()
+        self.desk: Desk = desk
+        self.clock: Callable[[], float] = clock
+        self.turn: threading.RLock = threading.RLock()
+        self.folders: set[Path] = set()
         with suppress(VasowaveError):  # which stands among the problems
             self.folders = {file.parent for file in listed(desk, "recording", "flow") - listed(desk)}
-        self.seen = {*self._files()}
+        self.seen: set[Path] = {*self._files()}
         self.refused: dict[Path, Mark] = {}
         self.growing: dict[Path, tuple[Mark, float]] = {}
 

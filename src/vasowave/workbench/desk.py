@@ -36,8 +36,8 @@ class Change:
 
     def __init__(self, folder: Path, files: tuple[Path, ...]) -> None:
         self.folder = folder
-        self.before = {file: content_of(file) for file in files}
-        self.now = dict(self.before)
+        self.before: dict[Path, bytes | None] = {file: content_of(file) for file in files}
+        self.now: dict[Path, bytes | None] = dict(self.before)
 
     def write(self, file: Path, text: str) -> None:
         """Write one of the files; `InputError` if another hand wrote into it since it was read."""

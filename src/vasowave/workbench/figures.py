@@ -2,7 +2,7 @@
 
 import threading
 from dataclasses import field
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Le, MaxLen, MinLen
 
@@ -17,7 +17,7 @@ from vasowave.workbench.desk import Desk
 
 _drawing = threading.Lock()  # matplotlib's look is one for the whole process
 KINDS = {"svg": "image/svg+xml", "pdf": "application/pdf", "png": "image/png", "csv": "text/csv"}
-CHOICES = {
+CHOICES: dict[str, Any] = {
     "panels": {name: panel.title for name, panel in PANELS.items()},
     "of_groups": GROUP_FIGURES,
     "families": ("sans-serif", "serif", "monospace"),

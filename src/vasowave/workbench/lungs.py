@@ -69,7 +69,7 @@ class Lungs:
 
     def __init__(self, opened_image: Path | None = None) -> None:
         self.opened_image = opened_image
-        self.stage = ""
+        self.stage: str = ""
         self._volume: tuple[Any, Volume] | None = None
         self._found: list[Found] = []
         self._stages: tuple[Path, Stages] | None = None

@@ -53,7 +53,8 @@ class Trace:
     """One signal from the start of its block, as lowest and highest values of ever more samples."""
 
     def __init__(self, values: np.ndarray, rate: float) -> None:
-        self.values, self.rate = values, rate
+        self.values: np.ndarray = values
+        self.rate: float = rate
         self.levels: list[tuple[int, np.ndarray]] = []
         count, low, high = _FIRST_COUNT, values, values
         step = _FIRST_COUNT
@@ -114,8 +115,14 @@ class LoadedRecording:
         channels: dict[str, Any], comments: Sequence[Comment] = (), refusal: VasowaveError | None = None,
         of_stretch: bool = False,
     ) -> None:  # fmt: skip
-        self.traces, self.rate, self.duration, self.whole, self.channels = traces, rate, duration, recording, channels
-        self.comments, self.refusal, self.of_stretch = comments, refusal, of_stretch or refusal is not None
+        self.traces: dict[str, Trace] = traces
+        self.rate: float = rate
+        self.duration: float = duration
+        self.whole: RawRecording | None = recording
+        self.channels: dict[str, Any] = channels
+        self.comments: Sequence[Comment] = comments
+        self.refusal: VasowaveError | None = refusal
+        self.of_stretch: bool = of_stretch or refusal is not None
         self.prepared: tuple[Any, Prepared] | None = None
 
     def beats(self, row: AnimalRow, study: Study, edits: Sequence[BeatEdit]) -> Prepared:

@@ -27,7 +27,7 @@ class Runs:
 
     def __init__(self) -> None:
         self.program: subprocess.Popen[bytes] | None = None
-        self.results = Path()
+        self.results: Path = Path()
         self.stops_with_us = False
 
     def start(self, desk: Desk) -> None:

@@ -24,13 +24,16 @@ from vasowave.base.stores import parsed
 from vasowave.lung.places import VoxelSize, parse_voxel
 from vasowave.workbench.access import REPORT_POLICY, App, Guarded, Patient, TooLargeError, TooSlowError
 from vasowave.workbench.actions import act
+from vasowave.workbench.arrivals import Arrivals
 from vasowave.workbench.cohorts import Cohorts
 from vasowave.workbench.cures import buttons
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
 from vasowave.workbench.figures import CHOICES, KINDS, Wish, figure_file, line_of
-from vasowave.workbench.lungs import Wishes
+from vasowave.workbench.lungs import Lungs, Wishes
 from vasowave.workbench.opening import place_of, sorted_in
+from vasowave.workbench.recordings import Recordings
+from vasowave.workbench.running import Runs
 from vasowave.workbench.studies import checked, outdated, shown, state
 from vasowave.workbench.workplace import Workplace
 
@@ -52,9 +55,14 @@ class Workbench:
     """
 
     def __init__(self, folder: Path, image: Path | None = None) -> None:
-        self.at = Workplace.around(Desk(folder), image)
-        self.desk, self.recordings, self.runs, self.lungs, self.arrivals = self.at
-        self.explorer, self.cohorts = Explorer(), Cohorts()
+        self.at: Workplace = Workplace.around(Desk(folder), image)
+        self.desk: Desk = self.at.desk
+        self.recordings: Recordings = self.at.recordings
+        self.runs: Runs = self.at.runs
+        self.lungs: Lungs = self.at.lungs
+        self.arrivals: Arrivals = self.at.arrivals
+        self.explorer: Explorer = Explorer()
+        self.cohorts: Cohorts = Cohorts()
 
     def app(self) -> App:
         """Return the application, without its guard."""

@@ -16,7 +16,7 @@ from vasowave.base.species import SpeciesName
 from vasowave.study.entering.adding import Added, add_files
 from vasowave.study.entering.grouping import parsed_groups, regrouped
 from vasowave.study.entering.table import Rows, check_written, read_rows, written_rows
-from vasowave.study.entering.template import new_study, with_groups, with_value
+from vasowave.study.entering.template import new_study, with_groups, with_values
 from vasowave.study.folder.animal_columns import COLUMNS, FILES
 from vasowave.study.folder.animals import read_animals, read_row
 from vasowave.study.folder.names import checked_name
@@ -210,7 +210,7 @@ def set_setting(workplace: Workplace, key: Annotated[str, MaxLen(100)], value: A
     if not re.fullmatch(r"\w+(\.\w+)?", key) or "\n" in value:
         raise InputError(f"'{key}: {value}' is not a key with a value")
     with workplace.desk.changing(f"{key}: {value}", workplace.desk.file) as change:
-        change.write(workplace.desk.file, with_value(workplace.desk.file, key.split("."), value))
+        change.write(workplace.desk.file, with_values(workplace.desk.file, {tuple(key.split(".")): value}))
     return f"{key}: {value}"
 
 

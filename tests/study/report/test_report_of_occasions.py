@@ -18,9 +18,11 @@ from vasowave.study.report.answer import (
     animals_of,
     attribution_answer,
     attribution_summary,
+    change_table,
     decay,
     design_text,
     group_answer,
+    group_rows,
 )
 from vasowave.study.report.sections import data, methods_section, primary_tables
 from vasowave.study.results import attributed
@@ -225,9 +227,29 @@ def test_where_followed_groups_are_shown_to_change_unlike_their_averages_do_not_
         for effect in undecided.effects
     ))  # fmt: skip
     lead = lead_of(cohort, shown)
-    assert lead.startswith("Lower mean pressure (× 0.7")
-    assert "in the ratio" in lead
+    assert lead.startswith("Changed more in Hypoxie Öst than in Kontrolle Süd from vor to nach: mean pressure (× 0.7")
     assert "on average over" not in lead
+
+
+def test_the_change_of_each_group_stands_below_the_lead_and_is_that_of_its_animals(cohort, primary):
+    (table,) = change_table(primary, caller(cohort))
+    assert table.header == ("quantity", "Kontrolle Süd, nach/vor", "Hypoxie Öst, nach/vor")
+    pressures_row = next(row for row in table.rows if row[0] == "mean pressure")
+    for group, text in zip(("Kontrolle Süd", "Hypoxie Öst"), pressures_row[1:], strict=True):
+        logs = [np.log(pressures(cohort, group, level)).mean() for level in ("vor", "nach")]
+        assert float(text.split(" ")[0]) == pytest.approx(np.exp(logs[1] - logs[0]), abs=0.001)
+    assert any(change.low <= 1 <= change.high for change in primary.changes)  # and rows that show nothing are left out
+    assert len(table.rows) < len({change.quantity for change in primary.changes})
+    alone = primary_comparison(crossed_cohort(), Family(quantities=("mPAP",)))
+    assert [change.contrast.group for change in alone.changes] == ["Kontrolle Süd", "Hypoxie Öst"]
+
+
+def test_the_figure_of_followed_groups_begins_with_how_they_changed(cohort, primary):
+    headings = [row.heading for row in group_rows(cohort, primary, caller(cohort))]
+    assert headings[0].startswith("nach/vor")
+    assert [heading.startswith("nach/vor") for heading in headings] == sorted(
+        (heading.startswith("nach/vor") for heading in headings), reverse=True
+    )
 
 
 def lead_of(cohort, primary):

@@ -36,6 +36,7 @@ from vasowave.study.report import (
     with_interval,
 )
 from vasowave.study.report.answer import (
+    Crossing,
     Marks,
     answer_sections,
     by_fits,
@@ -365,9 +366,13 @@ def test_fits_that_judge_otherwise_than_posteriors_are_told():
     [
         ({"within": "at w1"}, ("in HPH than in CTL at w1", "between HPH and CTL at w1")),
         ({"kind": "factor", "within": "in A"}, ("at HPH than at CTL in A", "between HPH and CTL in A")),
+        (
+            {"kind": "interaction", "change": "post/pre"},
+            ("in HPH than in CTL from pre to post", "between HPH and CTL in the change from pre to post"),
+        ),
         ({"kind": "trend"}, ("at HPH than at CTL by the trend", "from CTL to HPH by the trend")),
         ({"kind": "contrast"}, ("by the contrast 'HPH'", "by the contrast 'HPH'")),
     ],
 )
 def test_an_effect_of_a_design_is_told_with_where_it_is(contrast, said):
-    assert where(ContrastLabel("HPH", "CTL", **contrast), True) == said
+    assert where(ContrastLabel("HPH", "CTL", **contrast), Crossing("A and B", followed=True)) == said

@@ -57,7 +57,9 @@ class Clock:
     """
 
     def __init__(self, column: int, dates: int | None, digits: int) -> None:
-        self.column, self.dates, self.digits = column, dates, digits
+        self.column: int = column
+        self.dates: int | None = dates
+        self.digits: int = digits
         self.start: float | None = None
         """Time of day of the first row, s."""
         self._last, self._days, self._date = 0.0, 0, ""

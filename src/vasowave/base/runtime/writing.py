@@ -68,8 +68,9 @@ class Part:
     """
 
     def __init__(self, place: Path, mode: int | None = None) -> None:
-        self.place, self._before = place, _mode_of(place) if mode is None else None
-        self.path = place.with_name(f"{PART}{secrets.token_hex(8)}{place.suffix}")
+        self.place: Path = place
+        self._before = _mode_of(place) if mode is None else None
+        self.path: Path = place.with_name(f"{PART}{secrets.token_hex(8)}{place.suffix}")
         self._handle = open_regular(
             self.path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode=_DEFAULT_MODE if mode is None else mode
         )

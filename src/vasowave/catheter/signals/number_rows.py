@@ -61,8 +61,10 @@ class NumberRows:
     """
 
     def __init__(self, place: str, titles: Sequence[str], separator: str | None) -> None:
-        self.place, self.titles, self.separator = place, tuple(titles), separator
-        self.count = 0
+        self.place: str = place
+        self.titles: tuple[str, ...] = tuple(titles)
+        self.separator: str | None = separator
+        self.count: int = 0
         self._parts: list[list[np.ndarray]] = [[] for _ in titles]
         self._runs: list[tuple[int, int]] = []
         self._pending: list[list[float]] = []

@@ -177,6 +177,8 @@ class Smoothed:
     def __init__(self, volume: Volume, threshold: float) -> None:
         if not np.allclose(volume.spacing, volume.spacing[0], rtol=2e-3):
             raise InputError(f"segment: spacing {volume.spacing} cm is not cubic; resample it first (`isotropic`)")
+        self.background: float
+        self.noise: float
         self.background, self.noise = background_and_noise(volume)
         self._grey = np.asarray(volume.grey)
         self._width = float(np.clip(0.5 + 1.1 * self.noise / self.contrast(threshold), 0.5, 1.3))

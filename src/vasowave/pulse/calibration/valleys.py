@@ -90,9 +90,9 @@ class Valleys:
 
     def __post_init__(self) -> None:
         space, compared = self.objective.space, self.objective.compared
-        self.coordinates = Coordinates(space, compared.recording.mean_pressure)
+        self.coordinates: Coordinates = Coordinates(space, compared.recording.mean_pressure)
         strictness = float(np.ptp(compared.measured))
-        self.guide = CorrectedNetwork(self.coordinates, linear_spectra(space, compared), strictness)
+        self.guide: CorrectedNetwork = CorrectedNetwork(self.coordinates, linear_spectra(space, compared), strictness)
 
     @property
     def best(self) -> Simulated:

@@ -68,8 +68,8 @@ class Simulations:
         if not self._come_again():
             warn(NOT_KEPT(count=len(self._known)))
             self._known = {}
-        self.asked = 0
-        self.computed = 0
+        self.asked: int = 0
+        self.computed: int = 0
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Return the outputs at points, shape (point, output)."""

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -60,9 +61,9 @@ def verdicts(scores: Mapping[str, float]) -> list[tuple[str, float, str]]:
     return judged
 
 
-def scored(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int], noise: Noise) -> list[dict]:
+def scored(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int], noise: Noise) -> list[dict[str, Any]]:
     """Return one row for every wall law, the best first."""
-    rows: dict[str, dict] = {}
+    rows: dict[str, dict[str, Any]] = {}
     for wall, residual in residuals.items():
         D, N, likelihood = n_parameters[wall], len(residual), noise.log_likelihood(residual)
         scores = {"AICc": aicc(likelihood, D, N), "BIC": bic(likelihood, D, N)}
@@ -75,18 +76,18 @@ def scored(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int],
     return [row | noted for row in sorted(rows.values(), key=lambda row: row["AICc"])]
 
 
-def noise_bic(rows: list[dict]) -> float:
+def noise_bic(rows: list[dict[str, Any]]) -> float:
     """BIC of a noise model: minus twice its log-likelihood of all residuals, plus its hyperparameters' price."""
     count = len(parsed(rows[0]["hyperparameters"])) - (2 if rows[0]["covariance"] == "ARMA" else 0)
     return sum(-2 * row["loglik"] for row in rows) + count * np.log(sum(row["N"] for row in rows))
 
 
-def preferred(blocks: list[list[dict]]) -> str:
+def preferred(blocks: list[list[dict[str, Any]]]) -> str:
     """Return the likeliest noise model that is not discarded, empty if there is none."""
     return next((str(rows[0]["covariance"]) for rows in blocks if not rows[0]["discarded"]), "")
 
 
-def dataset(rows: list[dict]) -> xr.Dataset:
+def dataset(rows: list[dict[str, Any]]) -> xr.Dataset:
     """Return the rows as labelled data, dim ``candidate``."""
     variables = {}
     for name, meaning in _MEANINGS.items():

@@ -7,9 +7,10 @@ import numpy as np
 from vasowave.pulse.cycle.cycle import resample
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.numerics import Numerics
+from vasowave.pulse.model.rational import Rational
 from vasowave.pulse.model.ventricle import Driven, Ventricle
 from vasowave.pulse.solver import cycle as cycles
-from vasowave.pulse.solver.beds import Pulsation, bed_steps
+from vasowave.pulse.solver.beds import BedSteps, Pulsation, bed_steps
 from vasowave.pulse.solver.cells import Faces, FluidConstants, Fluxes
 from vasowave.pulse.solver.failures import left_law, no_balance, too_steep
 from vasowave.pulse.solver.grid import Grid
@@ -36,40 +37,47 @@ class Stepper:
     def __init__(
         self, grid: Grid, inflow: Driven, numerics: Numerics, steps: int, watched: Sequence[int] | np.ndarray = ()
     ) -> None:
-        self.grid, self.driven, self.numerics, self.steps, self.period = grid, inflow, numerics, steps, inflow.period
-        entering, self.of_pressure = inflow.into(grid.model.network.inlet_names), inflow.of_pressure
+        self.grid: Grid = grid
+        self.driven: Driven = inflow
+        self.numerics: Numerics = numerics
+        self.steps: int = steps
+        self.period: float = inflow.period
+        self.of_pressure: bool = inflow.of_pressure
+        self.inflow: np.ndarray
         if isinstance(inflow, Ventricle):
             self.inflow = inflow.resampled(steps).reshape(-1, 1)
         else:
+            entering = inflow.into(grid.model.network.inlet_names)
             self.inflow = np.ascontiguousarray(resample(entering, steps))
         dt = inflow.period / steps
         heart = make_heart(inflow, dt)
-        self.beds = grid.model.outlets.rational(inflow.period)
-        self.outlets = bed_steps(self.beds, dt, grid.model.outlet_pressure)
+        self.beds: Rational = grid.model.outlets.rational(inflow.period)
+        self.outlets: BedSteps = bed_steps(self.beds, dt, grid.model.outlet_pressure)
         blood = grid.model.blood
         friction = blood.friction.coefficients(blood.viscosity, inflow.period)
-        self.fluid = FluidConstants(blood.inertia, *friction)
+        self.fluid: FluidConstants = FluidConstants(blood.inertia, *friction)
         cells = grid.cells(dt, friction)
         faces = grid.faces(dt) if grid.model.changing.any() else cells
         ends = grid.ends(dt, inflow.period)
         walls = Walls(grid.wall, grid.face_wall, grid.wall_at_ends())
-        self.scheme = Scheme(grid.vessels, cells, faces, ends, walls, self.fluid, self.outlets)
+        self.scheme: Scheme = Scheme(grid.vessels, cells, faces, ends, walls, self.fluid, self.outlets)
         slots, vessels = len(grid.vessel), len(grid.model.network)
         fluxes = (Fluxes(*np.ones((3, slots))) for _ in range(2))
         nodes = make_node_states(ends, inflow.of_pressure)
-        self.half = HalfStep(next(fluxes), Faces(np.ones(slots), np.ones(slots)), next(fluxes), nodes)
+        self.half: HalfStep = HalfStep(next(fluxes), Faces(np.ones(slots), np.ones(slots)), next(fluxes), nodes)
         viscous, behind = make_viscous(grid), make_pulsation(grid.model, steps, inflow.period)
         self.terms = tuple(term for term in (grid.changing, viscous, behind, heart) if term is not None)
         kinds = 2 if viscous is None else 3
         inlets = ends.face[ends.inlet :][: self.inflow.shape[1]]
-        self.watched = np.concatenate([inlets, np.asarray(watched, dtype=np.uintp)]).astype(np.uintp)
-        self.watched_waves = np.zeros((kinds, steps, len(self.watched)))
+        self.watched: np.ndarray = np.concatenate([inlets, np.asarray(watched, dtype=np.uintp)]).astype(np.uintp)
+        self.watched_waves: np.ndarray = np.zeros((kinds, steps, len(self.watched)))
         stored_steps = steps // numerics.kept_every(steps)
         of_cells = numerics.samples if steps % numerics.samples == 0 else stored_steps
-        self.stations = np.zeros((kinds, stored_steps, vessels, 3))
-        self.cells = np.zeros((kinds, of_cells if numerics.every_cell else 0, slots))
-        self.courant = self.volume_error = 0.0
-        self.mach = Extreme(0.0, "", 0.0)
+        self.stations: np.ndarray = np.zeros((kinds, stored_steps, vessels, 3))
+        self.cells: np.ndarray = np.zeros((kinds, of_cells if numerics.every_cell else 0, slots))
+        self.courant: float = 0.0
+        self.volume_error: float = 0.0
+        self.mach: Extreme = Extreme(0.0, "", 0.0)
 
     @property
     def at_inlet(self) -> np.ndarray:

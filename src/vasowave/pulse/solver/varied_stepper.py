@@ -33,16 +33,17 @@ class VariedStepper:
     ) -> None:
         if isinstance(inflow, Ventricle):
             raise InputError("derivatives of a network behind a ventricle are not known; give the flow into it")
-        self.run, self.stepper = run, Stepper(run.grid, inflow, Numerics(samples=1), run.steps)
+        self.run: Run = run
+        self.stepper: Stepper = Stepper(run.grid, inflow, Numerics(samples=1), run.steps)
         scheme, slots = self.stepper.scheme, len(run.grid.vessel)
         count, nodes, rows = len(scheme.ends.face), int(scheme.ends.start[1]), len(run.grid.wall) + 1
-        self.weights = _weights(directions, run.grid.places)
+        self.weights: tuple[Weights, ...] = _weights(directions, run.grid.places)
         changed = int(self.weights[0].rows.max())
-        self.terms = tuple(self._tangent_of(term, directions, rows) for term in self.stepper.terms)
+        self.terms: tuple[Any, ...] = tuple(self._tangent_of(term, directions, rows) for term in self.stepper.terms)
         watched = np.asarray(faces, dtype=np.uintp)
         waves = np.zeros((len(run.at_inlet), len(directions), run.steps, len(watched)))
-        self.records = RecordChanges(watched, waves, np.zeros((len(directions), run.steps)))
-        self.tangent = Tangent(
+        self.records: RecordChanges = RecordChanges(watched, waves, np.zeros((len(directions), run.steps)))
+        self.tangent: Tangent = Tangent(
             Faces(run.end.area, run.end.flow),
             Walls(*map(_beside, scheme.walls)),
             _outlet_changes(run, directions),

@@ -17,7 +17,7 @@ SITE_DOUBTS = ("fit.site-unit", "fit.site-apart")
 """Codes of the findings that a further site speaks against the recording at the inlet."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Measured:
     """The results of the recording, or of a wall law's model in its place.
 
@@ -34,6 +34,22 @@ class Measured:
     waves: xr.Dataset
     impedance: xr.Dataset
     quantities: xr.Dataset
+
+    @property
+    def numbers(self) -> str:
+        """Those that a person looks for first, with their units."""
+        rows = self.summary().reindex(self._first).dropna(subset="value")
+        return ", ".join(f"{name} {row['value']:.4g} {row['unit']}".removesuffix(" 1") for name, row in rows.iterrows())
+
+    @property
+    def _first(self) -> list[str]:
+        return ["HR", "CO", "mPAP", "sPAP", "dPAP", "PVR"]
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.numbers})"
+
+    def _repr_html_(self) -> str:
+        return self.summary().to_html(float_format="{:.4g}".format, na_rep="")
 
     def summary(self) -> pd.DataFrame:
         """Return the single numbers, one a row: ``value, low, high`` (95 %), ``unit``.
@@ -77,7 +93,7 @@ class PosteriorResult:
         return self.groups["posterior"][name].values
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class LawResult(Measured):
     """The results of one wall law for an animal.
 
@@ -105,6 +121,13 @@ class LawResult(Measured):
     stiffening: xr.Dataset | None = None
     posterior: PosteriorResult | None = None
     sites: xr.Dataset | None = None
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}('{self.name}', {self.numbers})"
+
+    @property
+    def _first(self) -> list[str]:
+        return ["stiffness", "wave_speed", "R_T", "C_T", "RMSE"]
 
     @cached_property
     def answers(self) -> dict[str, xr.DataArray]:

@@ -66,10 +66,6 @@ _MEASURED_VARIABLES = {
 }
 
 
-_FIRST_MEASURED = ("HR", "CO", "mPAP", "sPAP", "dPAP", "PVR")
-_FIRST_FITTED = ("stiffness", "wave_speed", "R_T", "C_T", "RMSE")
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class AnimalResult:
     """Everything about one animal, as `analyze` returns and `read_results` reads it.
@@ -165,12 +161,7 @@ class AnimalResult:
     @property
     def _facts(self) -> dict[str, str]:
         """The numbers that a person looks for first, by their source."""
-        facts = {}
-        for name, source in self.sources.items():
-            names, table = _FIRST_MEASURED if name == "measured" else _FIRST_FITTED, source.summary()
-            facts[name] = ", ".join(f"{quantity} {row['value']:.4g} {row['unit']}".removesuffix(" 1")
-                                    for quantity, row in table.iterrows() if quantity in names)  # fmt: skip
-        return facts
+        return {name: source.numbers for name, source in self.sources.items()}
 
     @property
     def sources(self) -> dict[str, Measured]:

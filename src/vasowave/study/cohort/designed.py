@@ -11,7 +11,7 @@ from vasowave.base.errors import InputError
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.contrast import Contrast
 from vasowave.study.cohort.design import DRIFT, Layout, covariate_columns, laid_out
-from vasowave.study.cohort.effects import CovariateEffect, DesignEffect, DesignEstimate, Untested
+from vasowave.study.cohort.effects import ContrastLabel, CovariateEffect, DesignEffect, DesignEstimate, Untested
 from vasowave.study.cohort.estimates import Values
 from vasowave.study.cohort.mixed import MixedFit, Structure, fit_mixed
 from vasowave.study.cohort.pooling import LogEstimate
@@ -116,6 +116,32 @@ def design_estimates(models: Sequence[Modeled], critical: float) -> Iterator[Des
                 contrast=contrast.label, quantity=model.values.name, source=model.values.source, ratio=ratio, low=low,
                 high=high,
             )  # fmt: skip
+
+
+def group_changes(models: Sequence[Modeled]) -> Iterator[DesignEstimate]:
+    """Yield the change of each group by itself, where groups are compared by their changes, with its own 95 % interval.
+
+    A change that a shared image may move by an error that is not known is left out.
+    """
+    for model in models:
+        for contrast in _changes(model.contrasts):
+            if not _image_unknown(model, contrast):
+                ratio, low, high = model.effect(contrast).ratio(LEVEL / 2 + 0.5)
+                yield DesignEstimate(
+                    contrast=contrast.label, quantity=model.values.name, source=model.values.source, ratio=ratio,
+                    low=low, high=high,
+                )  # fmt: skip
+
+
+def _changes(contrasts: Sequence[Contrast]) -> list[Contrast]:
+    """Return the changes that interactions compare, each once."""
+    sides = {
+        ContrastLabel(group, "", "change", contrast.label.change): side
+        for contrast in contrasts
+        if contrast.label.kind == "interaction"
+        for group, side in ((contrast.label.reference, contrast.first), (contrast.label.group, contrast.second))
+    }
+    return [Contrast(label, np.zeros_like(side), side) for label, side in sides.items()]
 
 
 def _effect(model: Modeled, contrast: Contrast, p: float, critical: float) -> DesignEffect:

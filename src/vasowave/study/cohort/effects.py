@@ -33,9 +33,9 @@ class ContrastLabel(NamedTuple):
     ----------
     group, reference : str
         The sides: groups, or levels of a second factor; of a contrast that a study names its name alone.
-    kind : {"groups", "factor", "interaction", "trend", "contrast"}
+    kind : {"groups", "factor", "interaction", "change", "trend", "contrast"}
     change : str
-        Of an interaction, whose sides are ratios: of what.
+        Of a group's change, and of an interaction, whose sides are such changes: of what.
     within : str
         Where it is compared, if that is not everywhere: ``at time before``, ``in HPH``.
     """

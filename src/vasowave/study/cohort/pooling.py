@@ -1,7 +1,7 @@
 """Estimates of single animals pooled within groups, each as far as it is known: random effects on logarithms."""
 
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -99,7 +99,7 @@ def pooled_means(values: np.ndarray, errors: np.ndarray) -> Mean[np.ndarray]:
     return Mean(mean, np.sqrt(np.maximum(1.0, scatter) / total_weight), freedom, np.sqrt(between))
 
 
-def difference(first: Mean, second: Mean, shared: float = 0.0) -> LogEstimate[np.ndarray]:
+def difference(first: Mean[Any], second: Mean[Any], shared: float = 0.0) -> LogEstimate[np.ndarray]:
     """Return the second mean minus the first, with Satterthwaite's degrees of freedom.
 
     `shared` is the standard error that no number of animals lessens.

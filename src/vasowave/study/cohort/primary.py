@@ -13,8 +13,23 @@ from vasowave.base.findings import Finding
 from vasowave.base.settings import settings_class
 from vasowave.pulse.quantities import MEASURED, PRIMARY, question_of
 from vasowave.study.cohort.cohort import Cohort
-from vasowave.study.cohort.designed import Modeled, covariate_effects, design_effects, design_estimates, modeled
-from vasowave.study.cohort.effects import ContrastEstimate, CovariateEffect, Effect, Omission, as_table, grouped
+from vasowave.study.cohort.designed import (
+    Modeled,
+    covariate_effects,
+    design_effects,
+    design_estimates,
+    group_changes,
+    modeled,
+)
+from vasowave.study.cohort.effects import (
+    ContrastEstimate,
+    CovariateEffect,
+    DesignEstimate,
+    Effect,
+    Omission,
+    as_table,
+    grouped,
+)
 from vasowave.study.cohort.independent import (
     Assurance,
     GroupContrast,
@@ -76,6 +91,8 @@ class Primary:
         Effects of a design that the animals do not tell, with the reason.
     adjusted : tuple of CovariateEffect
         What the covariates of a design do; see `designed.covariate_effects`.
+    changes : tuple of DesignEstimate
+        The change of each group by itself, where a design compares the changes of groups; see `designed.group_changes`.
     lungs : LungDifferences, optional
         How much the lungs of one group differ, which intervals and p of what an image is behind allow for.
     """
@@ -88,6 +105,7 @@ class Primary:
     missing: tuple[Missing, ...] = ()
     untold: tuple[Missed, ...] = ()
     adjusted: tuple[CovariateEffect, ...] = ()
+    changes: tuple[DesignEstimate, ...] = ()
     lungs: LungDifferences | None = None
 
     def of_group(self, group: str) -> "Primary":
@@ -157,7 +175,8 @@ def _by_design(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:
     columns = {animal: column for model in models for animal, column in model.layout.left_out.items()}
     left_out += [Omission(f"its cell of '{column}' is empty", animal=animal) for animal, column in columns.items()]
     adjusted = tuple(effect for model in models for effect in covariate_effects(cohort, model))
-    return Primary(law, tuple(effects), tuple(secondary), tuple(left_out), untold=untold, adjusted=adjusted)
+    return Primary(law, tuple(effects), tuple(secondary), tuple(left_out), untold=untold, adjusted=adjusted,
+                   changes=tuple(group_changes(models)))  # fmt: skip
 
 
 def _models(cohort: Cohort, names: Sequence[str], law: str) -> tuple[list[Modeled], list[Omission], tuple[Missed, ...]]:

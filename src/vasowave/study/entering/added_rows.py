@@ -2,7 +2,7 @@
 
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,14 +17,20 @@ from vasowave.study.report.wording import some_of
 
 _MAX_NAMED_FILES = 3  # files, in a sentence
 
+Ask = Callable[[str, str], str]
+"""Asks a person a question, with the answer that is proposed; returns what was answered."""
+
 
 @dataclass(frozen=True)
 class AddedRow:
-    """A recording, the cells that it tells, and its row in the table if it has one."""
+    """A recording, the cells that it tells, its row in the table if it has one, and how it is called without its
+    occasion.
+    """
 
     recorded: Recorded
     cells: dict[str, str]
     old: dict[str, str] | None
+    bare_file: Path | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -35,6 +41,8 @@ class AddedRow:
     def named_file(self) -> Path:
         """Its file, whose name may tell the group; of a table of subjects one that is called like the subject."""
         file, subject = self.recorded.files[0], self.recorded.subject_row
+        if self.bare_file is not None:
+            return self.bare_file
         return file.parent / subject.replace("/", " ") if subject else file
 
 

@@ -1,6 +1,6 @@
 """Put files into a study: rows of its table, written from what the files and their names tell."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -12,6 +12,7 @@ from vasowave.base.io.files import alone_in, content_of, write_files
 from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.study.entering.added_rows import (
     AddedRow,
+    Ask,
     cells_of,
     fill_row,
     kept_groups,
@@ -28,10 +29,11 @@ from vasowave.study.entering.added_rows import (
     without_copies,
 )
 from vasowave.study.entering.animal_sheet import AnimalSheet
+from vasowave.study.entering.following import followed
 from vasowave.study.entering.grouping import Proposal, is_reference, parsed_groups, proposed_groups, told_group
 from vasowave.study.entering.sorting import Choosing, Sorted, files_in, passed_over, sort_files
 from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
-from vasowave.study.entering.template import with_groups
+from vasowave.study.entering.template import with_values, written
 from vasowave.study.folder.animal_columns import FILES
 from vasowave.study.folder.animals import read_row
 from vasowave.study.folder.places import RESULTS, study_path
@@ -43,9 +45,6 @@ _MAX_NAMES = 4  # files named in a sentence
 
 MarksOf = dict[str, tuple[str, ...]]
 """Labels of groups in their order, and what names that belong to them hold."""
-
-Ask = Callable[[str, str], str]
-"""Asks a person a question, with the answer that is proposed; returns what was answered."""
 
 
 @dataclass(frozen=True)
@@ -165,8 +164,11 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     ]
     touched = [entry for entry in entries if entry.old is not None]
     new, copies = without_copies([entry for entry in entries if entry.old is None], lookup)
+    times = followed([*new, *touched], before.rows, folder, settings.design, files.sheets, options.ask)
+    new, touched = list(times.entries[: len(new)]), list(times.entries[len(new) :])
     marks, remarks, cures = _grouped([*new, *touched], before.rows, path, settings, options, files.sheets)
-    remarks += files.remarks
+    remarks += [*files.remarks, *times.remarks]
+    cures += times.cures
     in_sheets = [name for sheet in files.sheets for name in told_cells(sheet, new, before.rows, marks)]
     names = [*(entry.names for entry in entries), *names_of(before.rows)]
     of_rows = [*(entry.names for entry in new), *names_of(before.rows)]
@@ -187,14 +189,18 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     marks = {label: words for label, words in marks.items() if label != options.group or label in in_use}
     marks = _settled(marks, options.groups, {row["group"] for row in [*before.rows, *rows]}, had)
     contents = {table: written_rows(before, rows)}
+    keys: dict[tuple[str, ...], str] = {("design", key): text for key, text in times.keys.items()}
     if list(marks) != settings.groups:
-        contents[path] = with_groups(path, list(marks))
+        keys[("groups",)] = written(list(marks))
         remarks.append(_of_groups(path, marks, settings, options.group))
+    if keys:
+        contents[path] = with_values(path, keys)
     remarks += missing_cells(concerned, marks, networks, bool(files.refused))
     if (unchanged := len(touched) - len(updated)) > 0:
         remarks.append(f"{unchanged} of these recordings are in the table already, with all this")
     sentences = dict.fromkeys([*copies, *shared_remarks([*new, *updated]), *remarks])
-    changed = tuple(dict.fromkeys([*(entry.old["animal"] for entry in updated if entry.old), *in_sheets]))
+    changed = tuple(dict.fromkeys([*(entry.old["animal"] for entry in updated if entry.old), *in_sheets,
+                             *times.updated]))  # fmt: skip
     if any(not row.get("network") for row in concerned):
         cures += [SetCells("Name the network", (("network", UNKNOWN),))]
     return RowPlan(contents, Added(table, tuple(rows), changed, tuple(sentences),

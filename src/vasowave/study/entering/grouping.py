@@ -71,7 +71,7 @@ def told_group(file: Path, folder: Path, marks: Marks) -> str:
 
     Folders that hold the study (`folder`) too say nothing: they hold all groups.
     """
-    for name, reading in product(_names(file, folder), (words, _plain_words)):
+    for name, reading in product(path_names(file, folder), (words, _plain_words)):
         name_words = reading(name)
         hits = {
             label: max(map(len, fit))
@@ -95,7 +95,7 @@ def proposed_groups(files: Sequence[Path], folder: Path) -> Proposal | None:
     Words that tell the group of every file come before those that leave some in doubt (LE in ``LE pig``, beside pig).
     """
     stems = [_letters(file.stem) for file in files]
-    folders = [_names(file, folder)[1:] for file in files]
+    folders = [path_names(file, folder)[1:] for file in files]
     shortest, depth = min(map(len, stems), default=0), min(map(len, folders), default=0)
     sources = [("names begin with" if i == 0 else "names hold", [stem[i] for stem in stems]) for i in range(shortest)]
     sources += [("folders are called", [names[i] for names in folders]) for i in range(depth)]
@@ -125,7 +125,7 @@ def parsed_groups(text: str) -> dict[str, tuple[str, ...]]:
     return marks
 
 
-def _names(file: Path, folder: Path) -> list[str]:
+def path_names(file: Path, folder: Path) -> list[str]:
     """Return the stem of a file and the names of its folders, from within, up to those that hold the study too."""
     place, root = Path(os.path.abspath(file)), Path(os.path.abspath(folder))
     shared = {root, *root.parents}

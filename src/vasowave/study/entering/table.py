@@ -80,10 +80,13 @@ class RecordingIndex:
     def __init__(self, folder: Path, rows: Sequence[dict[str, str]]) -> None:
         self.folder = folder
         files = [(folder / row["recording"], row) for row in rows if row.get("recording")]
-        self.by_place = {(file.resolve(), key): row for file, row in files for key in _keys_in_file(row)}
-        self.lost = {file.name: row for file, row in files if not file.exists()}
-        self.by_content = {(_digest(file), key): row["animal"] for file, row in files if file.is_file()
-                           for key in _keys_in_file(row)}  # fmt: skip
+        self.by_place: dict[tuple[Path, str], dict[str, str]] = {
+            (file.resolve(), key): row for file, row in files for key in _keys_in_file(row)
+        }
+        self.lost: dict[str, dict[str, str]] = {file.name: row for file, row in files if not file.exists()}
+        self.by_content: dict[tuple[str, str], str] = {
+            (_digest(file), key): row["animal"] for file, row in files if file.is_file() for key in _keys_in_file(row)
+        }
 
     def row_of(self, recorded: Recorded) -> dict[str, str] | None:
         """Return the row of a recording; that of a file that is gone if it had the same name."""

@@ -1,7 +1,7 @@
 """A new study: a commented study file, its schema for editors, a table of animals that is empty or of virtual mice."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
@@ -71,36 +71,40 @@ def study_text(groups: Sequence[str] = ("CTL", "HPH"), species: str = "mouse") -
 
 
 def with_groups(path: Path, groups: Sequence[str]) -> str:
-    """Return the text of a study file with other groups; raises as `with_value`."""
-    return with_value(path, ("groups",), written(list(groups)))
+    """Return the text of a study file with other groups; raises as `with_values`."""
+    return with_values(path, {("groups",): written(list(groups))})
 
 
-def with_value(path: Path, key: Sequence[str], value: str) -> str:
-    """Return the text of a study file with another value of one key; everything else stays as it is.
+def with_values(path: Path, values: Mapping[tuple[str, ...], str]) -> str:
+    """Return the text of a study file with other values of some keys; everything else stays as it is.
 
     Parameters
     ----------
     path : Path
-    key : sequence of str
-        Its name, or the section that it stands in and its name.
-    value : str
-        As YAML, on one line.
+    values : mapping of tuple of str to str
+        By the name of the key, or the section that it stands in and its name; as YAML, on one line.
 
     Raises
     ------
     InputError
-        The value is none that the key may have, or what stands there takes several lines.
+        A value is none that its key may have, or what stands there takes several lines.
     """
     text = read_bytes(path).decode("utf-8-sig")
+    for key, value in values.items():
+        text = _with_value(text, path, key, value)
+    return text
+
+
+def _with_value(text: str, path: Path, key: tuple[str, ...], value: str) -> str:
     before = parse_document(text.encode(), str(path))
     lines, line = text.splitlines(), f"{'  ' * (len(key) - 1)}{key[-1]}: {value}"
-    key_exists = any(key_path == tuple(key) for key_path in before.keys)
+    key_exists = any(key_path == key for key_path in before.keys)
     if key_exists:
         number = before.place(key, key=True).line - 1
         remark = _remark(lines[number])
         indent = lines[number][: len(lines[number]) - len(lines[number].lstrip())]
         lines[number] = f"{indent}{line.lstrip()}{remark}"
-    elif len(key) > 1 and tuple(key[:-1]) in before.keys:
+    elif len(key) > 1 and key[:-1] in before.keys:
         lines.insert(before.place(key[:-1], key=True).line, line)
     else:
         lines += [*(f"{name}:" for name in key[:-1]), line]

@@ -82,7 +82,7 @@ class ResultStore:
     """
 
     def __init__(self, results: Path) -> None:
-        self.folder = made_inside(results, CACHE)
+        self.folder: Path = made_inside(results, CACHE)
         remove_parts(self.folder)
 
     @stored("finished piece", f"results/{CACHE}/*.nc")
@@ -224,8 +224,11 @@ class Journal:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path, self._lock = path, threading.Lock()
-        self.known = {(end.wall, end.stage, end.start): _search_end(end) for end in read_journal(path)}
+        self.path: Path = path
+        self._lock = threading.Lock()
+        self.known: dict[tuple[str, str, int], SearchEnd] = {
+            (end.wall, end.stage, end.start): _search_end(end) for end in read_journal(path)
+        }
 
     def searches(self, wall: str, starts: int) -> "WallEnds":
         """Return where the ends of the searches of one wall law are found and kept."""
@@ -248,7 +251,9 @@ class WallEnds:
     """The ends of the searches with one wall law, see `calibration.fitting`."""
 
     def __init__(self, journal: Journal, wall: str, starts: int) -> None:
-        self.journal, self.wall, self.starts = journal, wall, starts
+        self.journal: Journal = journal
+        self.wall: str = wall
+        self.starts: int = starts
 
     def find(self, stage: str, start: int) -> "SearchEnd | None":
         """Return where the search of a stage from a start ended, if that is known."""

@@ -192,7 +192,8 @@ class RunRecord:
     """
 
     def __init__(self, results: Path, file: FileIO, status: RunStatus) -> None:
-        self.results, self.status = results, status
+        self.results: Path = results
+        self.status: RunStatus = status
         self._file, self._asked, self._over = file, threading.Event(), threading.Event()
 
     def write(self, **changes: Any) -> None:

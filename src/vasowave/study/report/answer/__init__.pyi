@@ -3,7 +3,9 @@
 from vasowave.study.report.answer.animal import animal_answers as animal_answers
 from vasowave.study.report.answer.attribution import attribution_answer as attribution_answer
 from vasowave.study.report.answer.attribution import attribution_summary as attribution_summary
+from vasowave.study.report.answer.changes import change_table as change_table
 from vasowave.study.report.answer.design import design_text as design_text
+from vasowave.study.report.answer.effects import Crossing as Crossing
 from vasowave.study.report.answer.effects import where as where
 from vasowave.study.report.answer.forest import animals_of as animals_of
 from vasowave.study.report.answer.forest import group_rows as group_rows

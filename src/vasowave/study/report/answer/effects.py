@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 
 from vasowave.pulse.quantities import QUANTITIES, described, question_of
-from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, Effect, grouped
+from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, DesignEffect, Effect, grouped
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.answer.marks import Mark
 from vasowave.study.report.wording import LIMIT, listed, number, probability, ratio_with_interval, unit
@@ -14,6 +15,8 @@ from vasowave.study.report.wording import LIMIT, listed, number, probability, ra
 MAX_LETTERS = 40  # of a name in a sentence
 SMALL = 0.8, 1.25
 """Ratios between which an effect is small: those that count as equivalent between two drugs."""
+_ALIKE = 2.0
+"""Times by which one change must exceed another that goes the other way to be called larger."""
 Called = Callable[[str], str]
 """Returns a quantity in words with its symbol."""
 
@@ -42,7 +45,38 @@ def by_standing(effects: Sequence[Effect]) -> dict[EffectVerdict, list[Effect]]:
     return {verdict: standings[verdict] for verdict in EffectVerdict if verdict in standings}
 
 
-def where(contrast: ContrastLabel, averaged: str) -> tuple[str, str]:
+class Crossing(NamedTuple):
+    """How groups are crossed with a second factor.
+
+    Attributes
+    ----------
+    levels : str
+        The levels in words, where groups may differ in them.
+    followed : bool
+        Whether animals were recorded at several of them.
+    """
+
+    levels: str = ""
+    followed: bool = False
+
+
+def crossing(effects: Sequence[Effect]) -> Crossing:
+    """Return how the groups of effects are crossed with a second factor."""
+    factors = [effect for effect in effects if effect.contrast.kind == "factor"]
+    followed = any(isinstance(effect, DesignEffect) and effect.n_both for effect in factors)
+    if not any(effect.contrast.kind == "interaction" for effect in effects):
+        return Crossing("", followed)
+    levels = dict.fromkeys(level for effect in factors for level in (effect.contrast.reference, effect.contrast.group))
+    return Crossing(listed([short(level, MAX_LETTERS) for level in levels]) or "the second factor", followed)
+
+
+def place_in_lead(effects: Sequence[Effect]) -> Callable[[Effect], int]:
+    """Return what orders effects: where animals were followed, how they changed comes before the groups."""
+    order = ("interaction", "factor") if crossing(effects).followed else ()
+    return lambda effect: order.index(effect.contrast.kind) if effect.contrast.kind in order else len(order)
+
+
+def where(contrast: ContrastLabel, crossed: Crossing) -> tuple[str, str]:
     """Return where an effect is, as a sentence says it behind a comparative, and of an effect that is not shown.
 
     Where groups may differ in a second factor, it is averaged over them, and they over its levels, which are named.
@@ -51,17 +85,52 @@ def where(contrast: ContrastLabel, averaged: str) -> tuple[str, str]:
     within = f" {short(contrast.within, MAX_LETTERS)}" if contrast.within else ""
     match contrast.kind:
         case "factor":
-            within = within or (" on average over the groups" if averaged else "")
+            within = within or (" on average over the groups" if crossed.levels else "")
             return f"at {group} than at {reference}{within}", f"between {group} and {reference}{within}"
         case "trend":
             return f"at {group} than at {reference} by the trend", f"from {reference} to {group} by the trend"
         case "interaction":
-            ratio = f"in the ratio {short(contrast.change, MAX_LETTERS)}"
-            return f"in {group} than in {reference}, {ratio}", f"between {group} and {reference} {ratio}"
+            span = _span(contrast.change, crossed)
+            return f"in {group} than in {reference} {span}", f"between {group} and {reference} in the change {span}"
         case "contrast":
             return f"by the contrast '{group}'", f"by the contrast '{group}'"
-    within = within or (f" on average over {averaged}" if averaged else "")
+    within = within or (f" on average over {crossed.levels}" if crossed.levels else "")
     return f"in {group} than in {reference}{within}", f"between {group} and {reference}{within}"
+
+
+def _span(change: str, crossed: Crossing) -> str:
+    """Return from what to what a change is: of ``post/pre`` from pre to post."""
+    later, _, first = change.partition("/")
+    if change.count("/") != 1:
+        return f"({short(change, MAX_LETTERS)})"
+    later, first = short(later, MAX_LETTERS), short(first, MAX_LETTERS)
+    return f"from {first} to {later}" if crossed.followed else f"between {first} and {later}"
+
+
+def verdict_on(effects: Sequence[Effect], called: Called, crossed: Crossing, sized: bool = False) -> str:
+    """Return who is higher and lower in what, of one contrast; of changes who changed more and less."""
+    place, _ = where(effects[0].contrast, crossed)
+    if effects[0].contrast.kind != "interaction" or not all(np.isfinite(effect.mean_group) for effect in effects):
+        return f"{comparatives(effects, called, sized)} {place}"
+    verb, clauses = "changed" if crossed.followed else "differs", []
+    for size, of_size in grouped(effects, _size_of_change).items():
+        sizes = [f"{plain(effect.quantity, called)}{_both_changes(effect) if sized else ''}" for effect in of_size]
+        clauses.append(f"{verb} {size} {place}: {listed(sizes)}")
+    return "; ".join(clauses)
+
+
+def _size_of_change(effect: Effect) -> str:
+    """Return whether the group of an interaction changes by a larger factor, up or down, than the reference."""
+    group, reference = np.log([effect.mean_group, effect.mean_reference])
+    small, large = sorted((abs(group), abs(reference)))
+    if group * reference < 0 and large < _ALIKE * small:
+        return "otherwise"
+    return "more" if abs(group) == large else "less"
+
+
+def _both_changes(effect: Effect) -> str:
+    whence = "" if effect.source == "measured" else " by the model"
+    return f" (× {number(effect.mean_group, 2)} against × {number(effect.mean_reference, 2)}{whence})"
 
 
 def labels(estimates: Iterable[ContrastEstimate]) -> list[str]:

@@ -15,7 +15,7 @@ from vasowave.study.cohort.primary import Family, Primary
 from vasowave.study.cohort.table import column, rows_of
 from vasowave.study.figures.forest import Dot, ForestRow, Point
 from vasowave.study.figures.matplotlib_style import short
-from vasowave.study.report.answer.effects import Called, labels, plain
+from vasowave.study.report.answer.effects import Called, labels, place_in_lead, plain
 from vasowave.study.report.answer.marks import Mark, Marks, unmarked
 from vasowave.study.report.wording import number, p_value, probability, ratio_with_interval, unit, value_text
 
@@ -30,7 +30,8 @@ _MAX_LABEL = 31  # letters of a quantity with its symbol
 def group_rows(cohort: Cohort, primary: Primary, called: Called, mark: Mark = unmarked) -> list[ForestRow]:
     """Return one row for each quantity and group, every animal as a multiple of the reference group's mean."""
     # Questions stay together, whichever groups they are about; the effects of a design are asked one after the other.
-    questions, contrasts = [*dict.fromkeys(effect.question for effect in primary.effects)], labels(primary.effects)
+    effects = sorted(primary.effects, key=place_in_lead(primary.effects))
+    questions, contrasts = [*dict.fromkeys(effect.question for effect in effects)], labels(effects)
     several = len(contrasts) > 1
 
     def order(effect: Effect) -> tuple[int, int]:
@@ -39,7 +40,7 @@ def group_rows(cohort: Cohort, primary: Primary, called: Called, mark: Mark = un
 
     return [
         (drawn := _group_row(cohort, primary, effect, called, several))._replace(effect=drawn.effect + mark(effect))
-        for effect in sorted(primary.effects, key=order)
+        for effect in sorted(effects, key=order)
     ]
 
 

@@ -1,6 +1,6 @@
 """The differences of the groups: who differs how in one sentence, the numbers for each question, how sure they are."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import comb
 from typing import NamedTuple
 
@@ -17,17 +17,20 @@ from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.answer.effects import (
     MAX_LETTERS,
     Called,
+    Crossing,
     EffectVerdict,
     by_standing,
-    comparatives,
+    crossing,
     labels,
     limit,
     names,
     numbers,
+    place_in_lead,
     plain,
     sentence,
     separated,
     standing,
+    verdict_on,
     where,
 )
 from vasowave.study.report.answer.marks import Mark, unmarked
@@ -65,37 +68,20 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     effects = primary.effects
     if not effects:
         return StudyAnswer([], [], [])
-    averaged = _averaged(effects)
-    effects = tuple(sorted(effects, key=_place_in_lead(effects)))
+    crossed = crossing(effects)
+    effects = tuple(sorted(effects, key=place_in_lead(effects)))
     by_contrast = grouped(_leading(effects), lambda effect: effect.contrast)
     brief = len(grouped(effects, lambda effect: effect.contrast)) > 1
-    first = [_first(of_contrast, called, averaged, brief) for of_contrast in by_contrast.values()]
+    first = [_first(of_contrast, called, crossed, brief) for of_contrast in by_contrast.values()]
     questions: dict[str, list[str]] = {}
     for (question, _), asked in grouped(effects, lambda effect: (effect.question, effect.contrast)).items():
-        questions.setdefault(question, []).append(_numbers(asked, called, mark, averaged))
+        questions.setdefault(question, []).append(_numbers(asked, called, mark, crossed))
     answers = [(question, " ".join(texts)) for question, texts in questions.items()]
     count = tested(effects)
     many = f"They and p are corrected for {count} comparisons. " if count > 1 else ""
     corrected = f"Brackets are 95 % intervals. {many}A p near 1 does not say that groups are equal."
     sure = [*([corrected] if count else []), *sureness(effects), *_least_shown(effects, called)]
     return StudyAnswer(first, answers, sure)
-
-
-def _averaged(effects: Sequence[Effect]) -> str:
-    """Return the levels of a second factor in which groups may differ, in words; empty where there are none."""
-    if not any(effect.contrast.kind == "interaction" for effect in effects):
-        return ""
-    labels_of_factor = [effect.contrast for effect in effects if effect.contrast.kind == "factor"]
-    levels = dict.fromkeys(level for label in labels_of_factor for level in (label.reference, label.group))
-    return listed([short(level, MAX_LETTERS) for level in levels]) or "the second factor"
-
-
-def _place_in_lead(effects: Sequence[Effect]) -> Callable[[Effect], int]:
-    """Return what orders effects in the lead: where animals were followed, how they changed comes before the groups."""
-    followed = any(isinstance(effect, DesignEffect) and effect.n_both and effect.contrast.kind == "factor"
-                   for effect in effects)  # fmt: skip
-    order = ("interaction", "factor") if followed else ()
-    return lambda effect: order.index(effect.contrast.kind) if effect.contrast.kind in order else len(order)
 
 
 def _leading(effects: Sequence[Effect]) -> Sequence[Effect]:
@@ -105,12 +91,12 @@ def _leading(effects: Sequence[Effect]) -> Sequence[Effect]:
     return unlike if followed and EffectVerdict.SHOWN in by_standing(unlike) else effects
 
 
-def _first(effects: Sequence[Effect], called: Called, averaged: str, brief: bool) -> str:
+def _first(effects: Sequence[Effect], called: Called, crossed: Crossing, brief: bool) -> str:
     """Return what is higher and lower in one sentence, and what is not shown in another, counted where `brief`."""
-    place, between = where(effects[0].contrast, averaged)
+    _, between = where(effects[0].contrast, crossed)
     effects_by_standing = by_standing(effects)
     shown = effects_by_standing.pop(EffectVerdict.SHOWN, None)
-    clauses = [] if shown is None else [f"{comparatives(shown, called, sized=True)} {place}{_condition(effects)}"]
+    clauses = [] if shown is None else [f"{verdict_on(shown, called, crossed, sized=True)}{_condition(effects)}"]
     if shown is None and {*effects_by_standing} != {EffectVerdict.UNTESTED}:
         clauses.append(f"no difference {between} is shown")
     for verdict, of_verdict in effects_by_standing.items():
@@ -128,11 +114,11 @@ def _condition(effects: Sequence[Effect]) -> str:
     return f" ({listed([*dict.fromkeys(sizes)])} animals), if logarithms are normal" if sizes else ""
 
 
-def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, averaged: str) -> str:
+def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, crossed: Crossing) -> str:
     """Return the verdict on one question and the numbers behind it."""
-    place, between = where(effects[0].contrast, averaged)
+    _, between = where(effects[0].contrast, crossed)
     shown = by_standing(effects).get(EffectVerdict.SHOWN)
-    sentences = [] if shown is None else [sentence(f"{comparatives(shown, called)} {place}")]
+    sentences = [] if shown is None else [sentence(verdict_on(shown, called, crossed))]
     sentences += numbers(effects, called, mark, "" if shown is not None else between)
     sizes = [(effect.n_reference, effect.n_group) for effect in effects if effect.smallest_p >= CLEAR and effect.apart]
     if sizes:

@@ -16,6 +16,7 @@ from vasowave.study.figures.matplotlib_style import group_looks, short, source_l
 from vasowave.study.figures.overview import impedances_figure, tree_figure, waveforms_figure
 from vasowave.study.report.answer.animal import animal_answers
 from vasowave.study.report.answer.attribution import attribution_answer, attribution_summary
+from vasowave.study.report.answer.changes import change_table
 from vasowave.study.report.answer.comparison import groups_figure
 from vasowave.study.report.answer.design import design_answer
 from vasowave.study.report.answer.effects import Called
@@ -57,7 +58,11 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Se
     answer_and_forest = SideBySide([Answers(results)], [*forest, *([Answers(bases)] if bases else [])])
     waves, network = _pictures(cohort, primary.law)
     return [
-        Section("answer", "The answer", [*lead, answer_and_forest, *attribution_summary(cohort)]),
+        Section(
+            "answer",
+            "The answer",
+            [*lead, *change_table(primary, called), answer_and_forest, *attribution_summary(cohort)],
+        ),
         Section("animals", "What was measured", [*animals_table(cohort), SideBySide(waves, network)]),
         Section("open", "What is not known", _open(cohort, primary, written, called)),
     ]

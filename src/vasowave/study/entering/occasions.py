@@ -1,0 +1,194 @@
+"""When each animal was recorded (pre and post; baseline and week 4), and which animal: told by names of recordings."""
+
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from vasowave.study.cohort.effects import grouped
+from vasowave.study.cohort.variables import BASELINE_WORDS
+from vasowave.study.entering.animal_sheet import ANIMAL_WORDS
+from vasowave.study.entering.grouping import path_names, words
+from vasowave.study.folder.names import plain_name
+from vasowave.study.report.wording import listed, some_of
+
+_LATER = ("after", "post", "end", "final", "endpoint", "follow up", "nachher", "nach", "ende", "après", "apres",
+          "después", "despues", "dopo", "na")  # fmt: skip
+_UNITS = {
+    "minute": "minutes minute min", "hour": "hours hour hrs hr h", "day": "days day d tage tag jours jour",
+    "week": "weeks week wks wk w wochen woche semaines semaine", "month": "months month mo monate monat mois",
+}  # fmt: skip
+_UNIT_OF = {word: unit for unit, unit_words in _UNITS.items() for word in unit_words.split()}
+
+
+def _any_of(vocabulary: Iterable[str]) -> str:
+    longest_first = sorted(vocabulary, key=len, reverse=True)
+    return "|".join(re.escape(word).replace(r"\ ", r"[\W_]*") for word in longest_first)
+
+
+_BEGIN, _END = r"(?<![^\W\d_])", r"(?![^\W\d_])"
+"""Digits may touch a word: R3pre."""
+_NAMED = re.compile(rf"{_BEGIN}(?:{_any_of((*BASELINE_WORDS, *_LATER))}){_END}", re.IGNORECASE)
+_UNIT = _any_of(_UNIT_OF)
+_TIMED = re.compile(rf"{_BEGIN}(?:({_UNIT})[\W_]?(\d+)|(\d+)[\W_]?({_UNIT}))(?!\d){_END}", re.IGNORECASE)
+_DATE = r"(?<!\d)(?:19|20)\d\d([-_.]?)[01]\d\1[0-3]\d(?!\d)|(?<!\d)\d\d?[-.]\d\d?[-.](?:19|20)\d\d"
+_NO_ANIMAL = re.compile(rf"{_DATE}|\(\d+\)$")
+"""A date, or the number of a copy, which recordings of one animal do not share."""
+_MIN_COMPLETE = 0.75
+"""Share of the animals from which on an occasion that some lack is one of all."""
+_MAX_OCCASIONS = 8
+_MAX_NAMES = 3  # animals, in a sentence
+
+
+class _Mark(NamedTuple):
+    """The occasion that a name speaks of: a word, or a number of units of time; and the name without it."""
+
+    level: str
+    unit: str
+    remainder: str
+
+
+@dataclass(frozen=True)
+class Occasions:
+    """The animals and the occasions of some recordings, one entry for each.
+
+    Attributes
+    ----------
+    subjects : tuple of str
+        The animal, called as its first name calls it.
+    levels : tuple of str
+        The occasion; empty where a name tells none.
+    column : str
+        The title for them: ``occasion``, or the unit of numbers (``week``).
+    files : tuple of Path
+        The recordings, called as they would be without their occasions.
+    clear : bool
+        Whether all, or nearly all, animals have the same occasions.
+    """
+
+    subjects: tuple[str, ...]
+    levels: tuple[str, ...]
+    column: str
+    files: tuple[Path, ...]
+    clear: bool
+
+    def __str__(self) -> str:
+        """Return the animals and their occasions in words."""
+        names, counts = [*dict.fromkeys(self.subjects)], Counter(filter(None, self.levels))
+        title = "" if self.column == "occasion" else f"{self.column} "
+        order = sorted(counts, key=_first_first)
+        occasions = listed([f"{title}{level} ({counts[level]})" for level in order])
+        return f"{len(names)} animals ({some_of(names, _MAX_NAMES)}) with recordings at {occasions}"
+
+
+def told_occasions(files: Sequence[Path], folder: Path, animals: Sequence[str]) -> Occasions | None:
+    """Return the occasions that names of recordings, or else of their folders, speak of; None where they do not.
+
+    Two animals or more must have been recorded on two occasions. Whatever stands in a name beside the occasion is the
+    animal, ``Rat 3`` and ``R03`` the same one.
+
+    Parameters
+    ----------
+    files : sequence of Path
+    folder : Path
+        Of the study: folders that hold it say nothing.
+    animals : sequence of str
+        The animal of each, where something else tells it.
+    """
+    names = [path_names(file, folder) for file in files]
+    depth = max(map(len, names), default=0)
+    readings = (_reading(files, names, animals, place) for place in range(depth))
+    return min(filter(None, readings), key=lambda reading: not reading.clear, default=None)
+
+
+def _first_first(level: str) -> tuple[bool, int]:
+    """Return by what occasions are put in their order: words for what comes first, then numbers by size."""
+    return level not in BASELINE_WORDS, int(level) if level.isdecimal() else 0
+
+
+def _reading(
+    files: Sequence[Path], names: Sequence[Sequence[str]], animals: Sequence[str], place: int
+) -> Occasions | None:
+    """Return what names say whose occasion stands in the file's name (place 0) or in a folder so far out."""
+    marks = [_mark(of_file[place]) if place < len(of_file) else None for of_file in names]
+    units = {mark.unit for mark in marks if mark}
+    column = next(iter(units)) if len(units) == 1 and "" not in units else "occasion"
+    levels = ["" if mark is None else mark.level if column != "occasion" else f"{mark.unit} {mark.level}".strip()
+              for mark in marks]  # fmt: skip
+    remainders = [[*of_file[:place], mark.remainder if mark else of_file[place], *of_file[place + 1 :]]
+                  if place < len(of_file) else of_file for of_file, mark in zip(names, marks, strict=True)]  # fmt: skip
+    subjects = [text or _subject(of_file) for text, of_file in zip(animals, remainders, strict=True)]
+    if _repeated(subjects, levels):
+        subjects = [text or _subject(of_file, above=True) for text, of_file in zip(animals, remainders, strict=True)]
+    if not all(subjects) or not _followed(subjects, levels):
+        return None
+    bare = [_unmarked(file, mark, place) for file, mark in zip(files, marks, strict=True)]
+    first = {_key(name): name for name in reversed(subjects)}
+    begun = any(mark and (not mark.unit or mark.level == "0") for mark in marks)  # 3 and 5 weeks may be two groups
+    clear = begun and _complete(subjects, levels) and (all(animals) or not _repeated(subjects, levels))
+    return Occasions(tuple(first[_key(name)] for name in subjects), tuple(levels), column, tuple(bare), clear)
+
+
+def _mark(name: str) -> _Mark | None:
+    """Return the one occasion of a name; of a word and a time the word."""
+    hits = [*_NAMED.finditer(name)] or [*_TIMED.finditer(name)]
+    if len(hits) != 1:
+        return None
+    hit = hits[0]
+    remainder = re.sub(r"[ _]*\s[ _]*", " ", name[: hit.start()] + " " + name[hit.end() :]).strip(" _")
+    if hit.re is _NAMED:
+        return _Mark(" ".join(words(hit[0])), "", remainder)
+    unit, count = (hit[1] or hit[4]).casefold(), int(hit[2] or hit[3])
+    animal_needed = len(unit) == 1  # D1 may be a dog; R3 D1 is not
+    if animal_needed and not any(map(str.isdigit, words(remainder))):
+        return None
+    return _Mark(str(count), _UNIT_OF[unit], remainder)
+
+
+def _subject(names: Sequence[str], above: bool = False) -> str:
+    """Return the first name that has words; with the next `above` it."""
+    plain = [_NO_ANIMAL.sub(" ", name) for name in names]
+    speaking = [name.strip() for name in plain if words(name)]
+    return plain_name(" ".join(speaking[1::-1] if above else speaking[:1])) if speaking else ""
+
+
+def _key(subject: str) -> tuple[str, ...]:
+    """Return the words of an animal's name in which spellings are alike: Rat 3, R03 and r3."""
+    short = (word[0] if word in ANIMAL_WORDS else word for word in words(subject))
+    return tuple(str(int(word)) if word.isdecimal() else word for word in short)
+
+
+def _of_subjects(subjects: Sequence[str], levels: Sequence[str]) -> list[list[str]]:
+    """Return the occasions of each animal."""
+    pairs = grouped(zip(map(_key, subjects), levels, strict=True), lambda pair: pair[0])
+    return [[level for _, level in of_subject if level] for of_subject in pairs.values()]
+
+
+def _repeated(subjects: Sequence[str], levels: Sequence[str]) -> bool:
+    return any(len(set(have)) < len(have) for have in _of_subjects(subjects, levels))
+
+
+def _followed(subjects: Sequence[str], levels: Sequence[str]) -> bool:
+    """Whether two animals or more have two occasions or more."""
+    several = [have for have in _of_subjects(subjects, levels) if len(set(have)) > 1]
+    return len(several) > 1 and len({*levels}) <= _MAX_OCCASIONS
+
+
+def _complete(subjects: Sequence[str], levels: Sequence[str]) -> bool:
+    of_subjects, levels_used = _of_subjects(subjects, levels), {*filter(None, levels)}
+    return sum({*have} == levels_used for have in of_subjects) >= _MIN_COMPLETE * len(of_subjects)
+
+
+def _unmarked(file: Path, mark: _Mark | None, place: int) -> Path:
+    """Return a file as it would be called without the occasion in the name at that place."""
+    path = Path(os.path.abspath(file))
+    if mark is None:
+        return path
+    if place == 0:
+        return path.with_name(f"{mark.remainder or '_'}{path.suffix}")
+    folders = [*path.parts]
+    folders[-1 - place : len(folders) - place] = [mark.remainder] if mark.remainder else []
+    return Path(*folders)

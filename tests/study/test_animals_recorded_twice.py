@@ -1,0 +1,158 @@
+"""Animals that were recorded more than once are told by names of files and folders: `add` says so, or asks."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.pulse.network import write_network
+from vasowave.study.entering import add_files, check_study, new_study, read_rows, told_occasions
+from vasowave.study.folder import read_settings
+
+HERE = Path("/labs/study")
+
+
+def reading(*names, subjects=None):
+    files = [HERE / f"{name}.csv" for name in names]
+    return told_occasions(files, HERE, subjects or [""] * len(files))
+
+
+def times(occasions):
+    return list(zip(occasions.subjects, occasions.levels, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("names", "column", "expected"),
+    [
+        (("Rat 3 pre", "R3_post", "Rat 10 pre", "R10_POST"), "occasion",
+         [("Rat 3", "pre"), ("Rat 3", "post"), ("Rat 10", "pre"), ("Rat 10", "post")]),
+        (("m1_w0", "m1_w4", "m2_w0", "m2_w4"), "week", [("m1", "0"), ("m1", "4"), ("m2", "0"), ("m2", "4")]),
+        (("m1 baseline", "m1 week 4", "m2 baseline", "m2 week4"), "occasion",
+         [("m1", "baseline"), ("m1", "week 4"), ("m2", "baseline"), ("m2", "week 4")]),
+        (("vor/R1", "nach/R1", "vor/R2", "nach/R2"), "occasion",
+         [("R1", "vor"), ("R1", "nach"), ("R2", "vor"), ("R2", "nach")]),
+        (("CTL/1 before", "CTL/1 after", "HPH/1 before", "HPH/1 after"), "occasion",
+         [("CTL 1", "before"), ("CTL 1", "after"), ("HPH 1", "before"), ("HPH 1", "after")]),
+        (("20260301_Ratte03_vor", "20260322_Ratte03_nach", "20260302_Ratte04_vor", "20260323_Ratte04_nach"), "occasion",
+         [("Ratte03", "vor"), ("Ratte03", "nach"), ("Ratte04", "vor"), ("Ratte04", "nach")]),
+        (("Rat 1/day 0", "Rat 1/day 21", "Rat 2/day 0", "Rat 2/day 21"), "day",
+         [("Rat 1", "0"), ("Rat 1", "21"), ("Rat 2", "0"), ("Rat 2", "21")]),
+    ],
+)  # fmt: skip
+def test_what_stands_beside_the_occasion_is_the_animal(names, column, expected):
+    occasions = reading(*names)
+    assert (occasions.column, times(occasions), occasions.clear) == (column, expected, True)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("CTL_1", "CTL_2", "HPH_1", "HPH_2"),  # groups
+        ("before 1", "before 2", "after 3", "after 4"),  # other animals after than before
+        ("CTL D1", "CTL D2", "HPH D1", "HPH D2"),  # dogs
+        ("M1", "M2", "H1", "H2"),
+        ("R1 baseline", "R2 baseline"),
+        ("R1 pre", "R1 post", "R2"),  # one animal alone
+        ("spread 1", "spread 2", "nappe 1", "nappe 2"),  # words that hold others
+    ],
+)
+def test_names_that_speak_of_no_two_occasions_of_animals_tell_none(names):
+    assert reading(*names) is None
+
+
+def test_a_pattern_that_many_animals_break_is_not_clear():
+    pairs = [f"R{n} {level}" for n in range(1, 5) for level in ("pre", "post")]
+    assert reading(*pairs, "R5 pre").clear  # nearly all
+    assert not reading(*pairs, "R5 pre", "R6 pre").clear
+    assert not reading(*pairs, "Rat 2 post").clear  # twice
+    assert reading(*pairs, "Rat 2 post", subjects=[name.split()[0] for name in pairs] + ["R2"]).clear  # a repeat
+
+
+def test_numbers_of_weeks_without_a_beginning_may_be_groups():
+    names = [f"{{}}_{n}".format(week) for week in ("w0", "3w", "5w") for n in (1, 2)]
+    assert reading(*names).clear
+    assert not reading(*names[2:]).clear
+
+
+def write_cycle(file, scale=1.0):
+    mouse = vw.virtual_mouse()
+    rows = np.column_stack([mouse.time, scale * mouse.pressure, mouse.flow])
+    file.parent.mkdir(exist_ok=True, parents=True)
+    np.savetxt(file, rows, "%.9g", ",", header="time [s],pressure [mmHg],flow [ml/s]", comments="")
+
+
+@pytest.fixture
+def lab(tmp_path):
+    """Return a folder with a study and eight recordings: two animals a group, before and after."""
+    names = [f"{group} {n} {level}" for group in ("veh", "drug") for n in (1, 2) for level in ("pre", "post")]
+    for number, name in enumerate(names):
+        write_cycle(tmp_path / f"lab/{name}.csv", 1 + 0.05 * number)
+    write_network(vw.control_network(), tmp_path / "lab/lung.csv")
+    new_study(tmp_path / "study")
+    return tmp_path
+
+
+def table(lab):
+    return {row["animal"]: row for row in read_rows(lab / "study/animals.csv").rows}
+
+
+def design(lab):
+    of_study = read_settings(lab / "study/study.yaml")[0].design
+    return of_study.subject, of_study.occasion
+
+
+def test_a_clear_pattern_makes_animals_groups_and_design_and_says_how_to_undo_it(lab):
+    added = add_files(lab / "study", [lab / "lab"])
+    assert {name: (row["group"], row["subject"], row["occasion"]) for name, row in table(lab).items()} == {
+        f"{group} {n} {level}": (group, f"{group} {n}", level)
+        for group in ("veh", "drug") for n in (1, 2) for level in ("pre", "post")
+    }  # fmt: skip
+    assert design(lab) == ("subject", "occasion")
+    assert any("4 animals" in text and "at pre (4) and post (4)" in text for text in added.said)
+    assert {(cure.key, cure.text) for cure in added.cures if hasattr(cure, "key")} == {
+        ("design.subject", "null"), ("design.occasion", "null")
+    }  # fmt: skip
+    problems, _, _, text = check_study(lab / "study")
+    assert not [problem for problem in problems if problem.error]
+    assert "occasion" in text
+
+
+def test_recordings_that_come_later_join_their_animals_and_nothing_is_said_twice(lab):
+    later = [*(lab / "lab").glob("* post.csv")]
+    add_files(lab / "study", [*(lab / "lab").glob("* pre.csv"), lab / "lab/lung.csv"], groups="veh,drug")
+    assert design(lab) == (None, None)
+    assert len(add_files(lab / "study", later).updated) == 4  # the rows of 'pre'
+    assert {row["subject"] for row in table(lab).values()} == {"veh 1", "veh 2", "drug 1", "drug 2"}
+    again = add_files(lab / "study", [lab / "lab"])
+    assert (again.rows, again.updated) == ((), ())
+    assert not any("animals (" in text for text in again.said)
+
+
+def test_a_design_without_the_animal_stays_as_somebody_made_it(lab):
+    add_files(lab / "study", [lab / "lab"])
+    file = lab / "study/study.yaml"
+    text = file.read_text("utf-8").replace("subject: subject", "subject:").replace("occasion: occasion", "occasion:")
+    file.write_text(text, "utf-8")
+    write_cycle(lab / "lab/veh 3 pre.csv", 2.0)
+    add_files(lab / "study", [lab / "lab"])
+    assert design(lab) == (None, None)
+
+
+def test_where_animals_differ_in_their_occasions_a_person_is_asked_and_else_told(lab):
+    for name in ("veh 2 post", "drug 2 post"):
+        (lab / f"lab/{name}.csv").unlink()
+    added = add_files(lab / "study", [lab / "lab"])
+    assert design(lab) == (None, None)
+    assert any("every recording counts as an animal" in text for text in added.said)
+    assert {row["group"] for row in table(lab).values()} == {"veh", "drug"}
+    new_study(lab / "other")
+    questions = []
+
+    def ask(question, proposal):
+        questions.append(question)
+        return "yes" if "itself" in question else proposal
+
+    add_files(lab / "other", [lab / "lab"], ask=ask)
+    assert sum("itself" in question for question in questions) == 1
+    assert read_settings(lab / "other/study.yaml")[0].design.occasion == "occasion"
