@@ -227,11 +227,19 @@ def node_link(path, key):
     return path
 
 
+def cytoscape(path):
+    content = json.loads(node_link(path, "edges").read_text(encoding="utf-8"))
+    elements = {kind: [{"data": entry} for entry in content[kind]] for kind in ("nodes", "edges")}
+    path.write_text(json.dumps({"data": [], "directed": True, "elements": elements}), encoding="utf-8")
+    return path
+
+
 def test_gml_and_node_links_are_graphs_as_graphml_is(tmp_path):
     for path in (
         gml(tmp_path / "a.gml"),
         node_link(tmp_path / "a.json", "links"),
         node_link(tmp_path / "b.json", "edges"),
+        cytoscape(tmp_path / "c.json"),
     ):
         assert shape(read(path)[0]) == expected()
     with pytest.raises(InputError, match="file does not say the unit"):
@@ -239,7 +247,7 @@ def test_gml_and_node_links_are_graphs_as_graphml_is(tmp_path):
 
 
 def test_damaged_graphs_are_refused_in_words(tmp_path):
-    for path in (gml(tmp_path / "a.gml"), node_link(tmp_path / "a.json", "links")):
+    for path in (gml(tmp_path / "a.gml"), node_link(tmp_path / "a.json", "links"), cytoscape(tmp_path / "b.json")):
         text = path.read_text(encoding="utf-8")
         for damaged in (text[: len(text) // 2], text.replace("source", "sauce", 1)):
             path.write_text(damaged, encoding="utf-8")

@@ -28,7 +28,8 @@ HEAD = 100
 """Rows among which the titles of a table are looked for."""
 _MAX_TURNED, _MIN_TURNED = 64, 50  # rows, and cells in each, of a table with a row a signal
 _EVENT = re.compile(
-    r"event|comment|marks?$|marker|remar[kq]|note|annot|kommentar|commentaire|bemerk|ereign", re.IGNORECASE
+    r"[eé]v[eéè]n[et]|comment|marks?$|marker|marca|remar[kq]|note|ann?ot|kommentar|bemerk|opmerk|observ|ereign",
+    re.IGNORECASE,
 )
 _RATE = re.compile(
     r"(?:sampl\w*|abtast\w*|mess(?=rate|freq)|acquisition|[eé]chantillon\w*)[ _-]*(?:rate|freq\w*)?(?: per channel)?"

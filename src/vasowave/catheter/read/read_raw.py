@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.base import units
-from vasowave.base.cures import UNKNOWN, SetCells
+from vasowave.base.cures import UNKNOWN, Cure, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.io.textfile import Progress
@@ -32,6 +32,7 @@ NO_ECG = note_kind("recording.no-ecg", "no ECG: beats can be found from the pres
 LONGEST_BLOCK = note_kind(
     "recording.longest-block", "block {number} of {blocks} was read, the longest (blocks last {lengths})"
 )
+_LARGEST = 1e100  # above it, slopes between samples may be infinite
 ECG_WITHOUT_UNIT = note_kind("recording.ecg-without-unit", "the ECG has no unit; only its shape is used")
 GIVEN_UNIT = note_kind("recording.given-unit", "{name} was taken to be in {unit}, as given")
 INTERPOLATED = note_kind("recording.interpolated", "'{title}' was interpolated from {given:g} to {rate:g} samples/s")
@@ -183,8 +184,7 @@ def read_raw_recording(
             notes.append(made)
         scaled[column_of(name)] = replace(channel, values=values)
     if wrong:
-        cures = [cure for error in wrong for cure in error.cures]
-        raise InputError("\n".join(map(str, wrong)), cures)
+        raise InputError("\n".join(map(str, wrong)), _of_all(wrong))
     raw = _between(path, scaled, start, end, rate)
     raw = replace(
         raw,
@@ -291,6 +291,18 @@ def canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.
         raise InputError(f"{channel.place}: {error}; if the file is wrong, name the unit", [cure]) from None
 
 
+def _of_all(wrong: list[InputError]) -> list[Cure]:
+    """Return the cures of errors; where there are several, before them one that mends all in the first way, and one in
+    the last."""
+    listed = [[cure for cure in error.cures if isinstance(cure, SetCells)] for error in wrong]
+    merged = [
+        SetCells("; ".join(cure.label for cure in offered), tuple(cell for cure in offered for cell in cure.cells))
+        for place in (0, -1)
+        if (offered := [cures[place] for cures in listed if cures]) and len(offered) == len(wrong) > 1
+    ]
+    return [*merged, *(cure for error in wrong for cure in error.cures)]
+
+
 def _unconverted(channel: Channel) -> bool:
     """Whether the numbers of a channel are volts, or nobody knows what."""
     return not channel.unit or _factor_or_none(channel.unit, "voltage") is not None
@@ -350,6 +362,8 @@ def at_rate(values: np.ndarray, channel: Channel, rate: float) -> tuple[np.ndarr
 
     if len(values) < 4:
         raise InputError(f"{channel.place}: {len(values)} samples; a continuous recording is needed")
+    if (largest := float(np.abs(values).max())) > _LARGEST:
+        raise InputError(f"{channel.place}: a sample of {largest:.3g} is no measurement; correct it")
     times = np.arange(int(len(values) * rate / channel.sampling_rate)) / rate
     times = times[times <= (len(values) - 1) / channel.sampling_rate]
     spline = CubicSpline(np.arange(len(values)) / channel.sampling_rate, values)

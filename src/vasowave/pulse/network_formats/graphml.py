@@ -1,4 +1,4 @@
-"""Graphs as NetworkX, igraph, Gephi and VesselVio write them: edges with lengths and radii, in one of six forms."""
+"""Graphs as NetworkX, igraph, Gephi and VesselVio write them: edges with lengths and radii, in one of seven forms."""
 
 import re
 from collections.abc import Mapping
@@ -20,11 +20,15 @@ _LARGEST = 64 << 20  # bytes; a hundred thousand edges have 30 MB
 _GML = re.compile(rb"(?:\s*(?:#[^\n]*\n|(?:Creator|Version|comment)\b[^\n]*\n))*\s*graph\s*\[")
 _GXL, _VASCUSYNTH, _GEXF = b"<gxl", b"nodeType", b"<gexf"
 _EDGE_LIST = re.compile(rb"(?:\s*#[^\n]*\n)*\s*[^\s{,;]+[ \t]+[^\s{,;]+[ \t]+\{\s*['\"]")  # as NetworkX writes it
-_NODE_LINK = (b'"directed"', b'"source"')  # beside the nodes, of which thousands may come before the edges
+_NODE_LINK = (
+    b'"directed"',
+    b'"source"',
+    b'"elements"',
+)  # beside the nodes, of which thousands may come before the edges
 
 
 def is_graph(path: Path, start: bytes) -> bool:
-    """Return whether a file is GraphML, GEXF, GXL, GML or NetworkX's JSON or list of edges, by its beginning."""
+    """Return whether a file is GraphML, GEXF, GXL, GML, Cytoscape's or NetworkX's JSON, or list of edges."""
     if _GXL in start:
         return _VASCUSYNTH not in start
     if _EDGE_LIST.match(start):
@@ -89,6 +93,8 @@ def _read(path: Path) -> Any:
     if not is_json:
         return networkx.read_graphml(path)
     content = parsed(read_bytes(path))
+    if "elements" in content:  # as Cytoscape writes it
+        content |= {kind: [entry["data"] for entry in content["elements"][kind]] for kind in ("nodes", "edges")}
     content["multigraph"] = True  # of two edges between the same nodes a plain graph would hold the last alone
     return networkx.node_link_graph(content, edges="links" if "links" in content else "edges")
 

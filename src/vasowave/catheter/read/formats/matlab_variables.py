@@ -1,5 +1,6 @@
 """Signals that are variables of a MATLAB file, each a vector: ``pressure``, ``flow``, ``time``; ``pressure_unit``."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import zip_longest
@@ -35,7 +36,7 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
     InputError
         No vectors, none as long as the times, or uneven times.
     """
-    variables = _with_columns(read_named(Path(path)))
+    variables = _with_columns(_with_units(read_named(Path(path))))
     plain = {_plain(name): value for name, value in variables.items()}
     vectors = {
         name: vector(value, f"{path}: variable '{name}'")
@@ -70,6 +71,17 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
             f"{', '.join(variables) or 'nothing'}"
         )
     return Block(channels, suspicions=rates_differ(told_rate, rate) if time is not None else ())
+
+
+def _with_units(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return variables, where a structure ``units`` names their units with these beside them, as ``pressure_unit``."""
+    is_unit = {
+        name: bool(re.search(r"(?:^|\.)units?\.[^.]+$", name, re.I) and text(variables[name])) for name in variables
+    }
+    united = {name.rpartition(".")[2]: value for name, value in variables.items() if is_unit[name]}
+    signals = {name: value for name, value in variables.items() if not is_unit[name]}
+    stems = {name: name.rpartition(".")[2] for name in signals}
+    return signals | {f"{name}_unit": united[stem] for name, stem in stems.items() if stem in united}
 
 
 def _with_columns(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -150,7 +162,7 @@ def _rate(path: str | Path, time: np.ndarray | None, unit: str, stated_rate: flo
 
 def read_cycle(path: Path, quantities: Wanted, site: str = "") -> list[Signal]:
     """Return the variables that hold the quantities wanted of one cycle."""
-    variables = _named(path, _with_columns(read_named(Path(path))))
+    variables = _named(path, _with_columns(_with_units(read_named(Path(path)))))
     return [_from_mat(path, variables, quantity, unit) for quantity, unit in quantities.items()]
 
 
