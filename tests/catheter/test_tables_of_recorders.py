@@ -557,3 +557,18 @@ def test_a_sample_too_large_to_be_interpolated_is_refused(tmp_path):
     (tmp_path / "a.csv").write_text("\n".join(["t [s],p [mmHg],t [s],q [ml/s]", *rows, ""]))
     with pytest.raises(InputError, match=r"channel 'q': a sample of 1e\+308 is no measurement"):
         read_raw_recording(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("mark", [" ", "\t"])
+@pytest.mark.parametrize("quote", ['"', ""])
+def test_numbered_rows_without_a_title_as_r_writes_them_are_left_out(tmp_path, mark, quote):
+    t, p, q, _ = animal()
+    head = mark.join(f"{quote}{title}{quote}" for title in ("time_s", "pap_mmHg", "flow_ml_min"))
+    rows = [
+        mark.join([f"{quote}{i}{quote}", f"{a:.4f}", f"{b:.4f}", f"{60 * c:.4f}"])
+        for i, (a, b, c) in enumerate(zip(t, p, q), 1)
+    ]
+    (tmp_path / "a.txt").write_text("\n".join([head, *rows, ""]))
+    raw = read_raw_recording(tmp_path / "a.txt")
+    np.testing.assert_allclose(raw.pressure, p, atol=1e-4)
+    np.testing.assert_allclose(raw.flow, q, atol=1e-5)
