@@ -255,6 +255,25 @@ def test_damaged_graphs_are_refused_in_words(tmp_path):
                 vw.read_network(path)
 
 
+def test_an_edge_of_gml_behind_the_end_of_its_graph_is_refused(tmp_path):
+    path = gml(tmp_path / "a.gml")
+    text = path.read_text(encoding="utf-8").rstrip()
+    head, edge = text.removesuffix("]").rsplit("edge [", 1)
+    path.write_text(f"{head}]\nedge [{edge}\n", encoding="utf-8")
+    with pytest.raises(InputError, match="an edge stands outside the graph"):
+        vw.read_network(path)
+
+
+def test_an_attribute_of_gexf_that_nothing_declares_is_refused(tmp_path):
+    import networkx
+
+    networkx.write_gexf(networkx.DiGraph([(1, 2, {"length_mm": 4.0, "radius_mm": 0.4})]), tmp_path / "a.gexf")
+    text = (tmp_path / "a.gexf").read_text(encoding="utf-8")
+    (tmp_path / "a.gexf").write_text(text.replace('class="edge"', 'cl="edge"'), encoding="utf-8")
+    with pytest.raises(InputError, match="not a graph, or damaged"):
+        vw.read_network(tmp_path / "a.gexf")
+
+
 @pytest.mark.parametrize("parent", ["Elterngefäß", "Muttergefäß", "Mutterast", "Segment parent", "Vaisseau père"])
 def test_titles_of_other_languages_are_read(tmp_path, parent):
     path = written(tmp_path / "t.csv", f"Gefäß;{parent};Länge (mm);Durchmesser (mm)",

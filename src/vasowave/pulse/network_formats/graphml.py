@@ -55,7 +55,7 @@ def graph_columns(path: Path) -> Columns:
     try:
         graph = _read(path)
     except (networkx.NetworkXException, ElementTree.ParseError, LookupError, ValueError, TypeError, AttributeError,
-            RecursionError) as error:  # fmt: skip
+            RuntimeError) as error:  # fmt: skip
         raise InputError(f"{path}: not a graph, or damaged ({' '.join(str(error).split())[:200]})") from None
     edges = list(graph.edges(data=True))
     if not edges:
@@ -84,7 +84,10 @@ def _read(path: Path) -> Any:
     if _GML.match(start):
         text = read_bytes(path).decode("utf-8-sig")
         several = "" if re.search(r"\bmultigraph\s+1\b", text) else " multigraph 1"  # NetworkX asks for the word
-        return networkx.parse_gml(re.sub(r"\bgraph\s*\[", lambda match: match[0] + several, text, count=1), label="id")
+        graph = networkx.parse_gml(re.sub(r"\bgraph\s*\[", lambda match: match[0] + several, text, count=1), label="id")
+        if graph.number_of_edges() != len(re.findall(r"\bedge\s*\[", text)):
+            raise ValueError("an edge stands outside the graph")  # NetworkX passes over it
+        return graph
     is_json = start.lstrip().startswith(b"{")
     if not is_json and ElementTree.fromstring(read_bytes(path)).find(".//{*}edge//{*}edge") is not None:
         raise ValueError("an edge stands within another")  # NetworkX passes over it

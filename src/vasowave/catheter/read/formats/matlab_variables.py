@@ -15,16 +15,17 @@ from vasowave.base.io.headings import split_title
 from vasowave.base.io.matlab import is_mat, text, vector
 from vasowave.base.io.named_arrays import read_named
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
-from vasowave.catheter.read.formats.acqknowledge_mat import is_acqknowledge_mat
 from vasowave.catheter.read.formats.labchart_mat import is_labchart_mat, rows_of_text
 from vasowave.catheter.read.formats.matlab_structures import is_structured
 from vasowave.catheter.signals.channels import Block, Channel, rates_differ
 from vasowave.catheter.signals.gaps import with_gaps
 from vasowave.catheter.signals.signal import ALIASES, MAX_RATE_DIFFERENCE, RATE_NAMES, Signal, given_unit, sampling
 
+_UNIT_BY_NAME = re.compile(r"(?:.*\.)?units?\.([^.]+)", re.IGNORECASE)
+
 
 def _sniff(path: Path, start: bytes) -> bool:
-    sniffers = (is_labchart_mat, is_acqknowledge_mat, is_structured)
+    sniffers = (is_labchart_mat, is_structured)
     return is_mat(path, start) and not any(sniff(path, start) for sniff in sniffers)
 
 
@@ -74,14 +75,14 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
 
 
 def _with_units(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return variables, where a structure ``units`` names their units with these beside them, as ``pressure_unit``."""
-    is_unit = {
-        name: bool(re.search(r"(?:^|\.)units?\.[^.]+$", name, re.I) and text(variables[name])) for name in variables
-    }
-    united = {name.rpartition(".")[2]: value for name, value in variables.items() if is_unit[name]}
-    signals = {name: value for name, value in variables.items() if not is_unit[name]}
-    stems = {name: name.rpartition(".")[2] for name in signals}
-    return signals | {f"{name}_unit": united[stem] for name, stem in stems.items() if stem in united}
+    """Return variables, with the units that a structure ``units`` names, and the rate by AcqKnowledge's interval."""
+    united = {match[1]: value for name, value in variables.items()
+              if (match := _UNIT_BY_NAME.fullmatch(name)) and text(value)}  # fmt: skip
+    signals = {name: value for name, value in variables.items() if not (_UNIT_BY_NAME.fullmatch(name) and text(value))}
+    named = {f"{name}_unit": united[stem] for name in signals if (stem := name.rpartition(".")[2]) in united}
+    if step := _single_number(variables.get("isi", np.empty(0))):
+        named["fs"] = np.array(1 / (step * units.factor(text(variables.get("isi_units", "")) or "ms", "time")))
+    return signals | named
 
 
 def _with_columns(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
