@@ -264,6 +264,14 @@ def test_an_edge_of_gml_behind_the_end_of_its_graph_is_refused(tmp_path):
         vw.read_network(path)
 
 
+@pytest.mark.parametrize("cut", ["2", "2 "])
+def test_a_list_of_edges_that_ends_within_a_name_is_refused(tmp_path, cut):
+    edge = "{'length_mm': 4.1, 'radius_mm': 0.47}"
+    (tmp_path / "a.edgelist").write_text(f"# of NetworkX\n1 2 {edge}\n2 3 {edge}\n{cut}", encoding="utf-8")
+    with pytest.raises(InputError, match="a line is no edge; was the file cut off"):
+        vw.read_network(tmp_path / "a.edgelist")
+
+
 def test_an_attribute_of_gexf_that_nothing_declares_is_refused(tmp_path):
     import networkx
 

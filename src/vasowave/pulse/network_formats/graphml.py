@@ -80,14 +80,14 @@ def _read(path: Path) -> Any:
     if _GXL in start:
         return _of_gxl(path)
     if _EDGE_LIST.match(start):
-        return networkx.read_edgelist(path, create_using=networkx.MultiGraph, encoding="utf-8-sig")
+        graph = networkx.read_edgelist(path, create_using=networkx.MultiGraph, encoding="utf-8-sig")
+        lines = [line for line in read_bytes(path).splitlines() if line.partition(b"#")[0].strip()]
+        return _whole(graph, len(lines), "a line is no edge; was the file cut off?")
     if _GML.match(start):
         text = read_bytes(path).decode("utf-8-sig")
         several = "" if re.search(r"\bmultigraph\s+1\b", text) else " multigraph 1"  # NetworkX asks for the word
         graph = networkx.parse_gml(re.sub(r"\bgraph\s*\[", lambda match: match[0] + several, text, count=1), label="id")
-        if graph.number_of_edges() != len(re.findall(r"\bedge\s*\[", text)):
-            raise ValueError("an edge stands outside the graph")  # NetworkX passes over it
-        return graph
+        return _whole(graph, len(re.findall(r"\bedge\s*\[", text)), "an edge stands outside the graph")
     is_json = start.lstrip().startswith(b"{")
     if not is_json and ElementTree.fromstring(read_bytes(path)).find(".//{*}edge//{*}edge") is not None:
         raise ValueError("an edge stands within another")  # NetworkX passes over it
@@ -100,6 +100,13 @@ def _read(path: Path) -> Any:
         content |= {kind: [entry["data"] for entry in content["elements"][kind]] for kind in ("nodes", "edges")}
     content["multigraph"] = True  # of two edges between the same nodes a plain graph would hold the last alone
     return networkx.node_link_graph(content, edges="links" if "links" in content else "edges")
+
+
+def _whole(graph: Any, edges: int, fault: str) -> Any:
+    """Return a graph; `ValueError` with the fault where NetworkX passed over some of the edges that are written."""
+    if graph.number_of_edges() != edges:
+        raise ValueError(fault)
+    return graph
 
 
 def _of_gxl(path: Path) -> Any:
