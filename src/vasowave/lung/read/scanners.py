@@ -89,4 +89,4 @@ def map_2dseq(path: Path) -> Image:
 VOLUMES.register(VolumeFormat("isq", "Scanco volume", (".isq", ".rsq"), None, map_isq, None, map_isq, False))
 VOLUMES.register(VolumeFormat("vff", "VFF volume", (".vff",), None, map_vff, None, map_vff, False))
 VOLUMES.register(VolumeFormat("vox", "VOX volume", (".vox",), None, map_vox, None, map_vox, False))
-VOLUMES.register(VolumeFormat("2dseq", "ParaVision volume", ("2dseq",), None, map_2dseq, None, map_2dseq, False))
+VOLUMES.register(VolumeFormat("paravision", "ParaVision volume", ("2dseq",), None, map_2dseq, None, map_2dseq, False))
