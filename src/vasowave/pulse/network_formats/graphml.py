@@ -82,12 +82,12 @@ def _read(path: Path) -> Any:
     if _EDGE_LIST.match(start):
         graph = networkx.read_edgelist(path, create_using=networkx.MultiGraph, encoding="utf-8-sig")
         lines = [line for line in read_bytes(path).splitlines() if line.partition(b"#")[0].strip()]
-        return _whole(graph, len(lines), "a line is no edge; was the file cut off?")
+        return _complete(graph, len(lines), "a line is no edge; was the file cut off?")
     if _GML.match(start):
         text = read_bytes(path).decode("utf-8-sig")
         several = "" if re.search(r"\bmultigraph\s+1\b", text) else " multigraph 1"  # NetworkX asks for the word
         graph = networkx.parse_gml(re.sub(r"\bgraph\s*\[", lambda match: match[0] + several, text, count=1), label="id")
-        return _whole(graph, len(re.findall(r"\bedge\s*\[", text)), "an edge stands outside the graph")
+        return _complete(graph, len(re.findall(r"\bedge\s*\[", text)), "an edge stands outside the graph")
     is_json = start.lstrip().startswith(b"{")
     if not is_json and ElementTree.fromstring(read_bytes(path)).find(".//{*}edge//{*}edge") is not None:
         raise ValueError("an edge stands within another")  # NetworkX passes over it
@@ -102,7 +102,7 @@ def _read(path: Path) -> Any:
     return networkx.node_link_graph(content, edges="links" if "links" in content else "edges")
 
 
-def _whole(graph: Any, edges: int, fault: str) -> Any:
+def _complete(graph: Any, edges: int, fault: str) -> Any:
     """Return a graph; `ValueError` with the fault where NetworkX passed over some of the edges that are written."""
     if graph.number_of_edges() != edges:
         raise ValueError(fault)
