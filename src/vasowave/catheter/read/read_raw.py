@@ -1,6 +1,7 @@
 """Read a continuous recording of pressure, flow and ECG from the files a lab has."""
 
 import re
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -118,7 +119,10 @@ def read_raw_recording(
     """
     reading = given_values(Reading, None, settings)
     check_sheet([path] if flow_file is None else [path, flow_file], reading.sheet)
-    blocks = read_blocks(path, reading.sampling_rate, progress, reading.sheet)
+    try:
+        blocks = read_blocks(path, reading.sampling_rate, progress, reading.sheet)
+    except InputError as error:
+        raise _with_units_wanted(error, path, reading) from None
     gated: GatedCycle | None = None
     if flow_file is not None:
         described = read_blocks(flow_file, np.nan, progress, reading.sheet)
@@ -289,6 +293,23 @@ def canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.
     except InputError as error:
         cure = SetCells(f"Name the unit of {name}", ((f"{column_of(name)} unit", UNKNOWN),))
         raise InputError(f"{channel.place}: {error}; if the file is wrong, name the unit", [cure]) from None
+
+
+def _with_units_wanted(error: InputError, path: str | Path, reading: Reading) -> InputError:
+    """Return an error that asks for the sampling rate, and, if they are missing, for the units as well."""
+    asked_for = {title for cure in error.cures if isinstance(cure, SetCells) for title, _ in cure.cells}
+    if not asked_for & dict(RATE.cells).keys():
+        return error
+    wrong = [error]
+    with suppress(InputError):
+        block = read_blocks(path, np.nan, None, reading.sheet)[0]
+        titles = wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter is not None)
+        for name, channel in pick_channels(path, block.channels, titles, reading.site, block.program)[0].items():
+            try:
+                canonical(channel, name, {"pressure": reading.pressure_unit, "ecg": None}.get(name, reading.flow_unit))
+            except InputError as unit_error:
+                wrong.append(unit_error)
+    return InputError("\n".join(map(str, wrong)), _of_all(wrong))
 
 
 def _of_all(wrong: list[InputError]) -> list[Cure]:
