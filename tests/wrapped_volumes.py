@@ -292,6 +292,14 @@ def vff(folder):
     return put(folder, "a.vff", header.encode() + (GREY.astype(int) * 100 - 1000).astype(">i2").tobytes())
 
 
+@wrapping()
+def paravision(folder):
+    put(folder, "visu_pars", f"##TITLE=Parameter List\n##$VisuCoreFrameCount=1\n##$VisuCoreSize=( 3 )\n{NX} {NY} {NZ}\n"
+        f"##$VisuCoreExtent=( 3 )\n{0.02 * NX} {0.03 * NY}\n{0.05 * NZ}\n##$VisuCoreUnits=( 3, 65 )\n<mm> <mm> <mm>\n"
+        "##$VisuCoreWordType=_16BIT_SGN_INT\n##$VisuCoreByteOrder=bigEndian\n##END=\n")  # fmt: skip
+    return put(folder, "2dseq", GREY.astype(">i2").tobytes())
+
+
 FLOATS = (GREY.astype("<f4") / 100).tobytes()
 
 

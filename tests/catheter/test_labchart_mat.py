@@ -102,3 +102,44 @@ def test_tables_that_contradict_each_other_are_refused(tmp_path, changes, messag
 def test_a_block_without_the_channel_says_what_it_has(tmp_path):
     with pytest.raises(InputError, match=r"no channel 'ECG'; it has: 'PA pressure' \[mmHg\]"):
         read_raw_recording(export(tmp_path / "raw.mat"), block=1, ecg="ECG")
+
+
+def export_matrices(path, **changes):
+    """Two blocks as the older export writes them, a matrix each: the second is the longer one."""
+    variables = {
+        "titles_block1": ["A"],
+        "units_block1": [""],
+        "data_block1": PRESSURE[None, :9],
+        "ticktimes_block1": TIME[:9],
+    }
+    variables |= {
+        "data_block2": np.array([PRESSURE, FLOW, ECG]), "ticktimes_block2": 60 + TIME[None, :],
+        "titles_block2": np.array(["PA pressure", "Flow       ", "ECG        "]),
+        "units_block2": np.array(["mmHg  ", "ml/min", "*     "]),
+        "comtext_block2": np.array(["start       ", "probe moved "]), "comtick_block2": np.array([[1.0, 801.0]]),
+        "comchan_block2": np.array([[-1.0, 2.0]]),
+    }  # fmt: skip
+    savemat(path, variables | changes)
+    return path
+
+
+def test_blocks_that_are_matrices_are_read_with_their_own_times_units_and_comments(tmp_path):
+    raw = read_raw_recording(export_matrices(tmp_path / "raw.mat"))
+    np.testing.assert_allclose(raw.pressure, PRESSURE, atol=1e-12)
+    np.testing.assert_allclose(raw.flow, FLOW / 60, atol=1e-12)
+    assert raw.sampling_rate == pytest.approx(RATE)
+    assert [(c.time, c.text, c.channel) for c in raw.comments] == [
+        (pytest.approx(0), "start", 0), (pytest.approx(0.4), "probe moved", 2)]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"titles_block2": np.array(["PA pressure", "Flow       "])}, "block 2: its data, titles and times do not go"),
+        ({"ticktimes_block2": TIME[:-1]}, "block 2: its data, titles and times do not go together"),
+        ({"comtick_block2": np.array([1.0, 9000.0])}, "block 2: its comments are damaged"),
+    ],
+)
+def test_a_matrix_whose_tables_contradict_each_other_is_refused(tmp_path, changes, words):
+    with pytest.raises(InputError, match=words):
+        read_raw_recording(export_matrices(tmp_path / "raw.mat", **changes))

@@ -141,3 +141,35 @@ def test_files_that_are_damaged_or_hold_no_signals_are_refused_by_name(tmp_path,
     (tmp_path / name).write_bytes(content)
     with pytest.raises(InputError, match=name):
         read_raw_recording(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        lambda t, p, q: {
+            "time": t,
+            "pressure": p,
+            "flow": q,
+            "units": {"time": "ms", "pressure": "mmHg", "flow": "ml/min"},
+        },
+        lambda t, p, q: {"fs": 500, "signals": {"PAP": p, "flow": q}, "units": {"PAP": "mmHg", "flow": "ml/min"}},
+        lambda t, p, q: {"fs": 500, "data": {"PAP": p, "flow": q, "unit": {"PAP": "mmHg", "flow": "ml/min"}}},
+    ],
+)
+def test_units_that_stand_by_name_beside_the_signals_are_theirs(tmp_path, content):
+    time = np.arange(4000) / 500
+    wave = np.sin(2 * np.pi * 8 * time)
+    lists = (list(values) for values in (1e3 * time, 15 + 5 * wave, 10 + 10 * wave))
+    (tmp_path / "a.json").write_text(json.dumps(content(*lists)))
+    raw = read_raw_recording(tmp_path / "a.json")
+    assert raw.sampling_rate == pytest.approx(500)
+    np.testing.assert_allclose(raw.flow, (10 + 10 * wave) / 60, rtol=1e-12)
+    np.testing.assert_allclose(raw.pressure, 15 + 5 * wave, rtol=1e-12)
+
+
+def test_units_of_two_signals_are_asked_for_in_a_line_to_paste(tmp_path):
+    wave = 15 + 5 * np.sin(np.arange(4000) / 10)
+    np.savez(tmp_path / "a.npz", time=np.arange(4000) / 500, pressure=wave, flow=wave)
+    with pytest.raises(InputError, match="flow has no unit") as caught:
+        read_raw_recording(tmp_path / "a.npz")
+    assert caught.value.cures[0].cells == (("pressure unit", "mmHg"), ("flow unit", "ml/s"))

@@ -301,3 +301,15 @@ def test_labels_of_which_two_kinds_fit_name_no_columns(tmp_path):
     savemat(tmp_path / "a.mat", {"signals": MATRIX, "names": np.array(LABELS), "more": np.array(["a", "b", "c"])})
     with pytest.raises(InputError, match="no vectors"):
         read_raw_recording(tmp_path / "a.mat")
+
+
+def test_what_a_table_without_any_unit_lacks_is_asked_for_at_once(tmp_path):
+    rows = [f"{t:.3f},{p:.2f},{q:.4f}" for t, p, q in ROWS]
+    (tmp_path / "a.csv").write_text("\n".join(["Time,SNUADC/PAP,SNUADC/PA_FLOW", *rows, ""]))
+    with pytest.raises(InputError, match=r"(?s)'time' has no unit.*pressure has no unit.*flow has no unit") as caught:
+        read_raw_recording(tmp_path / "a.csv")
+    answers = dict(caught.value.cures[0].cells)
+    assert set(answers) == {"sampling rate [1/s]", "pressure unit", "flow unit"}
+    with pytest.raises(InputError) as caught:
+        read_raw_recording(tmp_path / "a.csv", pressure_unit="Pa", flow_unit="ul/min")
+    assert {title for cure in caught.value.cures for title, _ in cure.cells} == {"sampling rate [1/s]"}

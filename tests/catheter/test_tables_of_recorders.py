@@ -526,3 +526,49 @@ def test_a_stroke_within_a_unit_behind_a_comma_parts_nothing(tmp_path):
     (tmp_path / "a.csv").write_text("t, s;P, mmHg;V, cm/s\n" + "".join(rows))
     titles = [channel.title for channel in describe_recording(tmp_path / "a.csv").used.channels]
     assert "V, cm" not in titles
+
+
+@pytest.mark.parametrize("title", ["Événements", "Evento", "Anotaciones", "Opmerking", "Marca"])
+def test_a_column_of_remarks_is_known_in_other_languages_where_the_first_rows_have_none(tmp_path, title):
+    t, p, q, _ = animal()
+    body = [f"{a:.3f};{b:.4f};{60 * c:.4f};{'repos' if i == 300 else ''}" for i, (a, b, c) in enumerate(zip(t, p, q))]
+    (tmp_path / "a.csv").write_text("\n".join([f"t [s];p [mmHg];q [ml/min];{title}", *body, ""]), "utf-8")
+    raw = read_raw_recording(tmp_path / "a.csv")
+    assert [(c.time, c.text) for c in raw.comments] == [(pytest.approx(0.3), "repos")]
+    np.testing.assert_allclose(raw.pressure, p, atol=1e-4)
+
+
+def test_numbers_by_selection_are_called_that(tmp_path):
+    head = [
+        "Selection Start\tPAP\tPAP\tPA flow\tECG",
+        "Start\tCyclic Height\tMean\tMean\tHeart Rate",
+        "s\tmmHg\tmmHg\tml/min\tBPM",
+    ]
+    rows = [f"{12 * i}\t{11 + 0.1 * (i % 3)}\t15.{i % 7}\t9.{i % 5}\t48{i % 9}" for i in range(24)]
+    (tmp_path / "pad.txt").write_text("\n".join([*head, *rows, ""]))
+    with pytest.raises(InputError, match=r"numbers by beat or selection \(start, .* as LabChart's Data Pad"):
+        read_recording(tmp_path / "pad.txt")
+
+
+def test_a_sample_too_large_to_be_interpolated_is_refused(tmp_path):
+    t, p, q, _ = animal()
+    slow = [f"{a},{b}" for a, b in zip(t[::2], np.where(t[::2] == 1.0, 1e308, q[::2]))]
+    rows = [f"{a},{b},{c}" for a, b, c in zip(t, p, [*slow, *[","] * (len(t) - len(slow))])]
+    (tmp_path / "a.csv").write_text("\n".join(["t [s],p [mmHg],t [s],q [ml/s]", *rows, ""]))
+    with pytest.raises(InputError, match=r"channel 'q': a sample of 1e\+308 is no measurement"):
+        read_raw_recording(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("mark", [" ", "\t"])
+@pytest.mark.parametrize("quote", ['"', ""])
+def test_numbered_rows_without_a_title_as_r_writes_them_are_left_out(tmp_path, mark, quote):
+    t, p, q, _ = animal()
+    head = mark.join(f"{quote}{title}{quote}" for title in ("time_s", "pap_mmHg", "flow_ml_min"))
+    rows = [
+        mark.join([f"{quote}{i}{quote}", f"{a:.4f}", f"{b:.4f}", f"{60 * c:.4f}"])
+        for i, (a, b, c) in enumerate(zip(t, p, q), 1)
+    ]
+    (tmp_path / "a.txt").write_text("\n".join([head, *rows, ""]))
+    raw = read_raw_recording(tmp_path / "a.txt")
+    np.testing.assert_allclose(raw.pressure, p, atol=1e-4)
+    np.testing.assert_allclose(raw.flow, q, atol=1e-5)

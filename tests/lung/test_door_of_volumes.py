@@ -213,7 +213,29 @@ def test_texts_that_name_two_sizes_are_refused(tmp_path):
         read_volume(tmp_path)
 
 
-@pytest.mark.parametrize("name", ["scanco", "vff", "vgstudio", "amira_bytes", "amira_packed", "hdf5", "nikon"])
+def test_a_vox_volume_is_read_and_the_unit_of_its_scale_is_asked_for(tmp_path):
+    head = f"Vox1999a\nVolumeCount 1\n##\f\n##\nVolumeSize {wrapped.NX} {wrapped.NY} {wrapped.NZ}\nVoxelSize 16\n"
+    head += "VolumeScale 0.002 0.003 0.005\nEndian B\nField 0 (Position 0 Size 16)\n##\f\n"
+    path = wrapped.put(tmp_path, "a.vox", head.encode() + wrapped.GREY.astype(">u2").tobytes())
+    with pytest.raises(InputError, match=r"a VolumeScale of 0.002 0.003 0.005 without a unit, so that the size"):
+        read_volume(path)
+    np.testing.assert_array_equal(read_volume(path, wrapped.SIZE).grey, wrapped.GREY)
+    path.write_bytes(path.read_bytes()[:-2])
+    with pytest.raises(InputError, match="truncated"):
+        read_volume(path, wrapped.SIZE)
+
+
+def test_frames_of_paravision_are_not_taken_for_a_volume(tmp_path):
+    path = wrapped.paravision(tmp_path)
+    text = (tmp_path / "visu_pars").read_text("latin-1")
+    (tmp_path / "visu_pars").write_text(text.replace("FrameCount=1", "FrameCount=2"), "latin-1")
+    with pytest.raises(InputError, match="not one volume of three axes by its visu_pars; export it as DICOM"):
+        read_volume(path)
+
+
+@pytest.mark.parametrize(
+    "name", ["paravision", "scanco", "vff", "vgstudio", "amira_bytes", "amira_packed", "hdf5", "nikon"]
+)
 def test_a_volume_that_was_cut_is_refused(tmp_path, name):
     path = wrapped.WRAPPINGS[name][0](tmp_path)
     path.write_bytes(path.read_bytes()[:-700])

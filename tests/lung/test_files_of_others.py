@@ -102,6 +102,39 @@ def test_a_curve_of_slicer_joins_another_that_begins_within_its_radius(tmp_path,
     assert any("2 separate trees" in str(one.message) for one in said) != joined
 
 
+def tubes(path, spacing="0.1 0.1 0.1"):
+    """A tube from 0 to 8 along x, and one that leaves it at 4, in a grid of 0.1."""
+    lines = ["ObjectType = Scene", "NDims = 3", "NObjects = 2"]
+    for number, places in enumerate((((x, 0, 0) for x in range(0, 81, 5)), ((40, y, 0) for y in range(3, 64, 5)))):
+        rows = [f"1 {x} {y} {z} {5 - number}" for x, y, z in places]
+        lines += ["ObjectType = Tube", "ObjectSubType = Vessel", f"ID = {number}", f"ElementSpacing = {spacing}",
+                  "PointDim = id x y z r", f"NPoints = {len(rows)}", "Points = ", *rows]  # fmt: skip
+    path.write_text("\n".join([*lines, ""]))
+    return path
+
+
+def test_tubes_of_tubetk_become_vessels_in_the_spacing_that_each_says(tmp_path):
+    tree = read_centerlines(tubes(tmp_path / "lung.tre"), unit=0.1)  # mm
+    assert sorted(round(line.length, 6) for line in tree.lines) == pytest.approx([0.4, 0.4, 0.63])
+    assert sorted({round(float(line.radius[-1]), 6) for line in tree.lines}) == [0.04, 0.05]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("NPoints = 17", "NPoints = 18", "not tubes of ITK or TubeTK, or damaged"),
+        ("id x y z r", "id x y z s", "not tubes of ITK or TubeTK, or damaged"),
+        ("1 40 3 0 4", "1 40 3 0 0", "a point whose position or radius"),
+        ("ObjectType = Tube", "ObjectType = Blob", "no tube whose points are text"),
+    ],
+)
+def test_damaged_tubes_are_refused(tmp_path, old, new, words):
+    path = tubes(tmp_path / "lung.tre")
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(InputError, match=words):
+        read_centerlines(path, unit=0.1)
+
+
 def test_an_lz4_block_that_unpacks_to_more_than_it_says_is_stopped_there():
     endless = bytes([0x1F]) + b"a" + bytes([1, 0]) + b"\xff" * 4000 + b"\0"  # a copy of a million bytes
     with pytest.raises(InputError, match="LZ4"):

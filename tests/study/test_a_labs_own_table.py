@@ -237,3 +237,12 @@ def test_an_animal_of_several_recordings_is_a_subject_and_check_asks_for_its_des
                           ("R10", "baseline"), ("R11", "baseline")]
     }  # fmt: skip
     assert any("subject" in str(problem) for problem in check_study(lab / "study").problems)
+
+
+def test_two_files_of_one_name_in_one_folder_are_recordings_of_one_subject(lab):
+    cycle(lab / "spare", "2026 R1 baseline", 1.4)
+    text = (lab / "spare/2026 R1 baseline.csv").read_text()
+    (lab / "lab/2026 R1 baseline.tsv").write_text(text.replace(",", "\t"))
+    added = add_files(lab / "study", [lab / "lab"])
+    assert "several recordings of R1: column subject" in "; ".join(added.said)
+    assert [row["subject"] for row in read_rows(lab / "study/animals.csv").rows].count("R1") == 2

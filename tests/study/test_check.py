@@ -471,7 +471,7 @@ def test_what_a_report_cannot_honour_and_a_wedge_of_some_animals_are_said_before
         in found["check.law-not-fitted"]
     )
     assert "no animal will have 'PVRR' (did you mean 'PVR'?)" in found["check.no-quantity"]
-    assert f"1 of {len(table) - 1} animals have a wedge pressure" in found["check.wedge-of-some"]
+    assert f"1 of {len(table) - 1} recordings have a wedge pressure" in found["check.wedge-of-some"]
 
 
 @pytest.mark.parametrize("place", ["study.yaml", "animals.csv", "n.csv"])

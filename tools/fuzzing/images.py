@@ -67,6 +67,18 @@ def vff(folder: Path) -> None:
     (folder / "v.vff").write_bytes(header + grey().astype(">i2").tobytes())
 
 
+def vox(folder: Path) -> None:
+    header = b"Vox1999a\nVolumeCount 1\n##\f\n##\nVolumeSize 11 10 9\nVoxelSize 16\nEndian L\n##\f\n"
+    (folder / "v.vox").write_bytes(header + grey().astype("<u2").tobytes())
+
+
+def paravision(folder: Path) -> None:
+    text = "##$VisuCoreFrameCount=1\n##$VisuCoreSize=( 3 )\n11 10 9\n##$VisuCoreExtent=( 3 )\n1.1 1.0 1.8\n"
+    text += "##$VisuCoreUnits=( 3, 65 )\n<mm> <mm> <mm>\n##$VisuCoreWordType=_16BIT_SGN_INT\n##END=\n"
+    (folder / "visu_pars").write_text(text)
+    (folder / "2dseq").write_bytes(grey().astype("<i2").tobytes())
+
+
 def amira(folder: Path) -> None:
     header = '# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\ndefine Lattice 11 10 9\nParameters { Units { Coordinates "mm" }\n'
     header += 'BoundingBox 0 1 0 0.9 0 1.6,\nCoordType "uniform" }\nLattice { short Data } @1(HxZip,%d)\n@1\n'
@@ -168,6 +180,8 @@ FORMS = {
     "slices, log": _form("v.log", pictures, mutate_text, "."),
     "isq": _form("v.isq", scanco, mutate_binary),
     "vff": _form("v.vff", vff, with_header(b"\f\n")),
+    "vox": _form("v.vox", vox, with_header(b"L\n##\f\n"), spacing=0.01),
+    "paravision": _form("visu_pars", paravision, mutate_text, "2dseq"),
     "amira": _form("v.am", amira, with_header(b"@1\n")),
     "raw, vgi": _form("v.vgi", vgstudio, mutate_text),
     "npy": _form("v.npy", numpy_array, mutate_binary, spacing=0.01),

@@ -84,6 +84,15 @@ def labchart_mat(path: Path) -> None:
     savemat(path, variables)
 
 
+def labchart_matrices(path: Path) -> None:
+    variables = {
+        "data_block1": np.array(list(SIGNALS.values())), "ticktimes_block1": np.arange(COUNT) / RATE,
+        "titles_block1": np.array(["PAP ", "Flow", "ECG "]), "units_block1": np.array(["mmHg", "ml/s", "mV  "]),
+        "comtext_block1": np.array(["start"]), "comtick_block1": np.array([20.0]), "comchan_block1": np.array([-1.0]),
+    }  # fmt: skip
+    savemat(path, variables)
+
+
 def edf(path: Path) -> None:
     count, records = len(SIGNALS), COUNT // 500
     ranges = {"pressure": ("mmHg", -10, 60), "flow": ("ml/s", -1, 2), "ecg": ("mV", -2, 2)}
@@ -291,6 +300,7 @@ FORMS = {
     "spike2 text": _form("raw.txt", spike2_text, mutate_text, read_raw_recording, True),
     "labchart text": _form("raw.txt", labchart_text, mutate_text, read_raw_recording, True),
     "labchart mat": _form("raw.mat", labchart_mat, mutate_mat, read_raw_recording),
+    "labchart mat, matrices": _form("raw.mat", labchart_matrices, mutate_mat, read_raw_recording),
     "edf": _form("raw.edf", edf, mutate_edf, read_raw_recording),
     "bdf": _form("raw.bdf", bdf, mutate_edf, read_raw_recording),
     "wfdb header": Form(wfdb, "r.hea", "r.hea", mutate_text, read_raw_recording, structure, values, said, True),

@@ -124,6 +124,16 @@ def markups(path: Path) -> None:
     path.write_text(json.dumps({"markups": curves}, indent=1))
 
 
+def tubes(path: Path) -> None:
+    """Write a tube a vessel, as TubeTK does."""
+    text = "ObjectType = Scene\nNDims = 3\n"
+    for line in tree().lines:
+        text += f"ObjectType = Tube\nNDims = 3\nPointDim = x y z r\nNPoints = {len(line)}\nPoints = \n"
+        rows = np.column_stack([line.points[:, ::-1], line.radius])
+        text += "".join(" ".join(f"{v:.6f}" for v in row) + "\n" for row in rows)
+    path.write_text(text)
+
+
 def flat_table(path: Path) -> None:
     write_centerlines(tree(), path.with_suffix(".vtp"), unit=1.0)
     data = read_polydata(path.with_suffix(".vtp"))
@@ -420,5 +430,6 @@ FORMS = {
     "vtk, numbers as text": _lines("c.vtk", lambda path: vtk(path, False), mutate_text, True),
     "swc": _lines("c.swc", lambda path: write_swc(tree().times(0.1), path), mutate_text, True),
     "slicer's curves": _lines("c.mrk.json", markups, mutate_text, True),
+    "tubes": _lines("c.tre", tubes, mutate_text, True),
     "flat table": _lines("c.csv", flat_table, mutate_text, True),
 }

@@ -170,7 +170,8 @@ def _problem_line(group: "Sequence[folders.StudyProblem]", shell: Shell) -> str:
     text = str(first)
     if len(group) > 1:
         place = f"{first.place.file}: " if first.place.file else ""
-        animals = f"{len(names)} animals ({reports.some_of(names, _MAX_NAMES)})"
+        noun = "recordings" if any(row.get("subject") for row in shell.rows.values()) else "animals"
+        animals = f"{len(names)} {noun} ({reports.some_of(names, _MAX_NAMES)})"
         text = f"{place}{animals}, of the first: {sentence(first.finding)}"
     return f"{grade}: {text}{code_of(first.finding)}{shell.below(first.finding.cures, first.animals)}"
 

@@ -117,7 +117,7 @@ class PartLimits:
 )
 @with_option_groups
 def centerlines(
-    lines: Annotated[Path, typer.Argument(help="Centerlines: .vtp, .vtk, .dat, .csv, .swc or .mrk.json.")],
+    lines: Annotated[Path, typer.Argument(help="Centerlines: .vtp, .vtk, .dat, .csv, .swc, .tre or .mrk.json.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the network.")],
     reading: LineReading,
     limits: PartLimits,

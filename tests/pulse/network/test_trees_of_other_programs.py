@@ -227,11 +227,19 @@ def node_link(path, key):
     return path
 
 
+def cytoscape(path):
+    content = json.loads(node_link(path, "edges").read_text(encoding="utf-8"))
+    elements = {kind: [{"data": entry} for entry in content[kind]] for kind in ("nodes", "edges")}
+    path.write_text(json.dumps({"data": [], "directed": True, "elements": elements}), encoding="utf-8")
+    return path
+
+
 def test_gml_and_node_links_are_graphs_as_graphml_is(tmp_path):
     for path in (
         gml(tmp_path / "a.gml"),
         node_link(tmp_path / "a.json", "links"),
         node_link(tmp_path / "b.json", "edges"),
+        cytoscape(tmp_path / "c.json"),
     ):
         assert shape(read(path)[0]) == expected()
     with pytest.raises(InputError, match="file does not say the unit"):
@@ -239,12 +247,39 @@ def test_gml_and_node_links_are_graphs_as_graphml_is(tmp_path):
 
 
 def test_damaged_graphs_are_refused_in_words(tmp_path):
-    for path in (gml(tmp_path / "a.gml"), node_link(tmp_path / "a.json", "links")):
+    for path in (gml(tmp_path / "a.gml"), node_link(tmp_path / "a.json", "links"), cytoscape(tmp_path / "b.json")):
         text = path.read_text(encoding="utf-8")
         for damaged in (text[: len(text) // 2], text.replace("source", "sauce", 1)):
             path.write_text(damaged, encoding="utf-8")
             with pytest.raises(InputError, match=path.name):
                 vw.read_network(path)
+
+
+def test_an_edge_of_gml_behind_the_end_of_its_graph_is_refused(tmp_path):
+    path = gml(tmp_path / "a.gml")
+    text = path.read_text(encoding="utf-8").rstrip()
+    head, edge = text.removesuffix("]").rsplit("edge [", 1)
+    path.write_text(f"{head}]\nedge [{edge}\n", encoding="utf-8")
+    with pytest.raises(InputError, match="an edge stands outside the graph"):
+        vw.read_network(path)
+
+
+@pytest.mark.parametrize("cut", ["2", "2 "])
+def test_a_list_of_edges_that_ends_within_a_name_is_refused(tmp_path, cut):
+    edge = "{'length_mm': 4.1, 'radius_mm': 0.47}"
+    (tmp_path / "a.edgelist").write_text(f"# of NetworkX\n1 2 {edge}\n2 3 {edge}\n{cut}", encoding="utf-8")
+    with pytest.raises(InputError, match="a line is no edge; was the file cut off"):
+        vw.read_network(tmp_path / "a.edgelist")
+
+
+def test_an_attribute_of_gexf_that_nothing_declares_is_refused(tmp_path):
+    import networkx
+
+    networkx.write_gexf(networkx.DiGraph([(1, 2, {"length_mm": 4.0, "radius_mm": 0.4})]), tmp_path / "a.gexf")
+    text = (tmp_path / "a.gexf").read_text(encoding="utf-8")
+    (tmp_path / "a.gexf").write_text(text.replace('class="edge"', 'cl="edge"'), encoding="utf-8")
+    with pytest.raises(InputError, match="not a graph, or damaged"):
+        vw.read_network(tmp_path / "a.gexf")
 
 
 @pytest.mark.parametrize("parent", ["Elterngefäß", "Muttergefäß", "Mutterast", "Segment parent", "Vaisseau père"])

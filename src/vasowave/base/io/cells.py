@@ -84,7 +84,7 @@ def separator_of(first: str) -> str | None:
 def split_cells(path: str | Path, line: int, text: str, separator: str | None) -> list[str]:
     """Return the cells of one line; only numbers and clocks are split at blanks."""
     if separator is None:
-        cells = text.split()
+        cells = [cell.strip('"') for cell in text.split()]
         return cells if all(map(is_value, cells)) else [text.strip()]
     try:
         rows = list(csv.reader([text], delimiter=separator, strict=True))

@@ -27,8 +27,10 @@ from vasowave.base.io.headings import (
 HEAD = 100
 """Rows among which the titles of a table are looked for."""
 _MAX_TURNED, _MIN_TURNED = 64, 50  # rows, and cells in each, of a table with a row a signal
+_ROW_NAMES = "row_names"
 _EVENT = re.compile(
-    r"event|comment|marks?$|marker|remar[kq]|note|annot|kommentar|commentaire|bemerk|ereign", re.IGNORECASE
+    r"[eé]v[eéè]n[et]|comment|marks?$|marker|marca|remar[kq]|note|ann?ot|kommentar|bemerk|opmerk|observ|ereign",
+    re.IGNORECASE,
 )
 _RATE = re.compile(
     r"(?:sampl\w*|abtast\w*|mess(?=rate|freq)|acquisition|[eé]chantillon\w*)[ _-]*(?:rate|freq\w*)?(?: per channel)?"
@@ -123,7 +125,7 @@ def head_of(path: Path, rows: Sequence[tuple[int, str]], remarks: Sequence[str] 
     program = next((name for words, name in _PROGRAMS.items() if words in above), "")
     data = _data_among(texts[: HEAD + 1], any(map(_TIMELESS.match, texts[:HEAD])))
     if data is not None:
-        texts = _with_index_named(texts, data)
+        texts = _with_rows_named(_with_index_named(texts, data), data)
     if data is None:
         return _plain_head(path, rows, _below_caption(texts))._replace(program=program)
     titles, named = _titles_above(texts, data, remarks)
@@ -193,7 +195,7 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
         if index < 0:
             return []
         row = split_titles(texts[index]) if separator is None else csv_cells(texts[index], separator)
-        row = [title.strip().strip("'").strip() for title in row]
+        row = [title.strip().strip("'\"").strip() for title in row]
         is_wide = bool(row) and row[-1].casefold() in _NOTES and len(row) - 1 in widths
         return row if (is_wide or len(row) in widths) and not all(map(is_value, row)) else []
 
@@ -248,6 +250,16 @@ def _with_index_named(texts: Sequence[str], data: int) -> list[str]:
     return [*texts[:first], separator.join([""] * len(cells[data])), *levels, *texts[data:]]
 
 
+def _with_rows_named(texts: Sequence[str], data: int) -> list[str]:
+    """Return the rows of a table, the cell that R writes before its numbered rows with a title."""
+    separator = separator_of(texts[data])
+    rows = [[bare(cell) for cell in text.split(separator)] for text in texts[max(data - 1, 0) : data + 2]]
+    is_numbered = len(rows) == 3 and [row[0] for row in rows[1:]] == ["1", "2"]
+    if not is_numbered or len(rows[0]) + 1 != len(rows[1]) or any(map(is_numeric, rows[0])):
+        return list(texts)
+    return [*texts[: data - 1], f"{_ROW_NAMES}{separator or ' '}{texts[data - 1].lstrip()}", *texts[data:]]
+
+
 def _is_count(text: str, separator: str | None) -> bool:
     """Whether a line holds numbers of samples: an empty cell under the times, then whole numbers."""
     cells = list(map(bare, text.split(separator)))
@@ -283,7 +295,7 @@ def _plan(titles: Sequence[str], body: Sequence[Sequence[str]]) -> RowLayout | N
         dates = [i for i, cells in enumerate(filled) if cells and all(map(is_date, cells))]
         events = [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not all(map(is_numeric, cells))]
         events += [i for i, cells in enumerate(filled) if _EVENT.search(names[i]) and not cells]
-    omitted |= {*clocks, *dates, *events}
+    omitted |= {*clocks, *dates, *events, *([0] if names[0] == _ROW_NAMES else [])}
     numeric = tuple(i for i in range(width) if i not in omitted)
     quoted = any(cell.strip().startswith("'") for cell in body[0])
     if not (omitted or quoted) or not numeric:

@@ -1,6 +1,7 @@
 """Read a continuous recording of pressure, flow and ECG from the files a lab has."""
 
 import re
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.base import units
-from vasowave.base.cures import UNKNOWN, SetCells
+from vasowave.base.cures import UNKNOWN, Cure, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.io.textfile import Progress
@@ -32,6 +33,7 @@ NO_ECG = note_kind("recording.no-ecg", "no ECG: beats can be found from the pres
 LONGEST_BLOCK = note_kind(
     "recording.longest-block", "block {number} of {blocks} was read, the longest (blocks last {lengths})"
 )
+_LARGEST = 1e100  # above it, slopes between samples may be infinite
 ECG_WITHOUT_UNIT = note_kind("recording.ecg-without-unit", "the ECG has no unit; only its shape is used")
 GIVEN_UNIT = note_kind("recording.given-unit", "{name} was taken to be in {unit}, as given")
 INTERPOLATED = note_kind("recording.interpolated", "'{title}' was interpolated from {given:g} to {rate:g} samples/s")
@@ -117,7 +119,10 @@ def read_raw_recording(
     """
     reading = given_values(Reading, None, settings)
     check_sheet([path] if flow_file is None else [path, flow_file], reading.sheet)
-    blocks = read_blocks(path, reading.sampling_rate, progress, reading.sheet)
+    try:
+        blocks = read_blocks(path, reading.sampling_rate, progress, reading.sheet)
+    except InputError as error:
+        raise _with_units_wanted(error, path, reading) from None
     gated: GatedCycle | None = None
     if flow_file is not None:
         described = read_blocks(flow_file, np.nan, progress, reading.sheet)
@@ -183,8 +188,7 @@ def read_raw_recording(
             notes.append(made)
         scaled[column_of(name)] = replace(channel, values=values)
     if wrong:
-        cures = [cure for error in wrong for cure in error.cures]
-        raise InputError("\n".join(map(str, wrong)), cures)
+        raise InputError("\n".join(map(str, wrong)), _of_all(wrong))
     raw = _between(path, scaled, start, end, rate)
     raw = replace(
         raw,
@@ -291,6 +295,35 @@ def canonical(channel: Channel, name: str, stated_unit: str | None) -> tuple[np.
         raise InputError(f"{channel.place}: {error}; if the file is wrong, name the unit", [cure]) from None
 
 
+def _with_units_wanted(error: InputError, path: str | Path, reading: Reading) -> InputError:
+    """Return an error that asks for the sampling rate, and, if they are missing, for the units as well."""
+    asked_for = {title for cure in error.cures if isinstance(cure, SetCells) for title, _ in cure.cells}
+    if not asked_for & dict(RATE.cells).keys():
+        return error
+    wrong = [error]
+    with suppress(InputError):
+        block = read_blocks(path, np.nan, None, reading.sheet)[0]
+        titles = wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter is not None)
+        for name, channel in pick_channels(path, block.channels, titles, reading.site, block.program)[0].items():
+            try:
+                canonical(channel, name, {"pressure": reading.pressure_unit, "ecg": None}.get(name, reading.flow_unit))
+            except InputError as unit_error:
+                wrong.append(unit_error)
+    return InputError("\n".join(map(str, wrong)), _of_all(wrong))
+
+
+def _of_all(wrong: list[InputError]) -> list[Cure]:
+    """Return the cures of errors; where there are several, before them one that mends all in the first way, and one in
+    the last."""
+    listed = [[cure for cure in error.cures if isinstance(cure, SetCells)] for error in wrong]
+    merged = [
+        SetCells("; ".join(cure.label for cure in offered), tuple(cell for cure in offered for cell in cure.cells))
+        for place in (0, -1)
+        if (offered := [cures[place] for cures in listed if cures]) and len(offered) == len(wrong) > 1
+    ]
+    return [*merged, *(cure for error in wrong for cure in error.cures)]
+
+
 def _unconverted(channel: Channel) -> bool:
     """Whether the numbers of a channel are volts, or nobody knows what."""
     return not channel.unit or _factor_or_none(channel.unit, "voltage") is not None
@@ -350,6 +383,8 @@ def at_rate(values: np.ndarray, channel: Channel, rate: float) -> tuple[np.ndarr
 
     if len(values) < 4:
         raise InputError(f"{channel.place}: {len(values)} samples; a continuous recording is needed")
+    if (largest := float(np.abs(values).max())) > _LARGEST:
+        raise InputError(f"{channel.place}: a sample of {largest:.3g} is no measurement; correct it")
     times = np.arange(int(len(values) * rate / channel.sampling_rate)) / rate
     times = times[times <= (len(values) - 1) / channel.sampling_rate]
     spline = CubicSpline(np.arange(len(values)) / channel.sampling_rate, values)

@@ -1,4 +1,4 @@
-"""Centerlines of other programs: VMTK and Slicer (.vtp, .vtk, .dat, .csv) and SWC in; .vtp out."""
+"""Centerlines of other programs: VMTK and Slicer (.vtp, .vtk, .dat, .csv), SWC and TubeTK in; .vtp out."""
 
 from pathlib import Path
 from typing import Literal
@@ -64,8 +64,8 @@ def read_centerlines(
     ----------
     path : path
         .vtp or .vtk (VMTK, Slicer: one line from the root to each terminal, also as vmtkbranchextractor cuts them;
-        SimVascular: pairs of points), .dat or .csv (the same points as a flat table x, y, z, radius), .swc, or Slicer's
-        curves (.mrk.json).
+        SimVascular: pairs of points), .dat or .csv (the same points as a flat table x, y, z, radius), .swc, TubeTK's
+        tubes (.tre), or Slicer's curves (.mrk.json).
     unit : float
         Unit of length of the file, cm: 0.1 for mm, 1e-4 for µm, the voxel size for voxels. Not used for table
         columns whose header names a unit.

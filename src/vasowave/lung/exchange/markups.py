@@ -1,5 +1,6 @@
 """Curves of 3D Slicer (.mrk.json), one for each branch, with a radius at every control point."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,11 @@ def read_markups(path: Path, unit: float) -> Skeleton:
         raise InputError(f"{path}: not a markups file of 3D Slicer ({error!r})") from None
     if not lines:
         raise InputError(f"{path}: no curve in it; export centerline curves")
+    return tree_of(path, lines)
+
+
+def tree_of(path: Path, lines: Sequence[Line]) -> Skeleton:
+    """Return the tree of lines, a branch each, of which one joins an earlier one within the radius of its point."""
     all_points = lines[0].then(*lines[1:])
     edges, begin = [], 0
     for line in lines:

@@ -1,4 +1,4 @@
-"""Volumes as scanners store them, a header and then voxels: Scanco's .isq, GE's .vff."""
+"""Volumes as scanners store them, a header and then voxels: Scanco, GE (.vff), Quantum (.vox), Bruker (2dseq)."""
 
 import re
 import struct
@@ -17,6 +17,8 @@ _ISQ = b"CTDATA-HEADER_V1"
 _ISQ_BLOCK = 512
 """Bytes of the header and of each block after it; its last number counts blocks before the voxels (Scanco)."""
 _MAX_VFF_BYTES = 1 << 16
+_JCAMP = re.compile(r"^##\$(\w+)=(?:\([ \d,]*\))?([^#$]*)", re.MULTILINE)
+_BRUKER_TYPES = {"_8BIT_UNSGN_INT": "u1", "_16BIT_SGN_INT": "i2", "_32BIT_SGN_INT": "i4", "_32BIT_FLOAT": "f4"}
 
 
 def map_isq(path: Path) -> Image:
@@ -54,5 +56,37 @@ def map_vff(path: Path) -> Image:
     return RawVoxels(path, end.end(), (z, y, x), kind, spacing, provenance).image()
 
 
+def map_vox(path: Path) -> Image:
+    """Return the image in a .vox file of Quantum or Rigaku: two pieces of text, each up to a form feed."""
+    start = read_start(path, _MAX_VFF_BYTES)
+    head = re.match(rb"Vox1999a\r?\n.*?##\f\r?\n(.*?)##\f\r?\n", start, re.DOTALL)
+    fields = dict(re.findall(r"^(\w+) +(.+?)\s*$", head[1].decode("latin-1"), re.MULTILINE)) if head else {}
+    sizes, bits = fields.get("VolumeSize", "").split(), fields.get("VoxelSize", "")
+    if head is None or len(sizes) != 3 or not all(map(str.isdigit, sizes)) or bits not in ("8", "16"):
+        raise InputError(f"{path}: not a .vox volume that can be read; export it as DICOM")
+    x, y, z = map(int, sizes)
+    kind = np.dtype(f"{'>' if fields.get('Endian', 'L').startswith('B') else '<'}u{int(bits) // 8}")
+    scale = f"a VolumeScale of {fields['VolumeScale']} without a unit" if "VolumeScale" in fields else "no VolumeScale"
+    return RawVoxels(path, head.end(), (z, y, x), kind, UNSIZED, f"its header has {scale}").image()
+
+
+def map_2dseq(path: Path) -> Image:
+    """Return the image in a 2dseq of Bruker's ParaVision, by the visu_pars beside it; `InputError` unless it is 3D."""
+    text = read_start(path.with_name("visu_pars"), _MAX_VFF_BYTES).decode("latin-1")
+    fields = {name: " ".join(value.split()) for name, value in re.findall(_JCAMP, text)}
+    sizes, edges = (fields.get(f"VisuCore{name}", "").split() for name in ("Size", "Extent"))
+    unit = centimeters(fields.get("VisuCoreUnits", "").split(">")[0].strip("< "))
+    word = fields.get("VisuCoreWordType", "")
+    if len(sizes) != 3 or len(edges) != 3 or fields.get("VisuCoreFrameCount") != "1" or word not in _BRUKER_TYPES:
+        raise InputError(f"{path}: not one volume of three axes by its visu_pars; export it as DICOM or NIfTI")
+    x, y, z = map(int, sizes)
+    order = ">" if fields.get("VisuCoreByteOrder", "").startswith("big") else "<"
+    spacing = np.array(edges, float)[::-1] / (z, y, x) * unit if unit else UNSIZED
+    provenance = "the extent in its visu_pars" if unit else "its visu_pars has no unit"
+    return RawVoxels(path, 0, (z, y, x), np.dtype(order + _BRUKER_TYPES[word]), spacing, provenance).image()
+
+
 VOLUMES.register(VolumeFormat("isq", "Scanco volume", (".isq", ".rsq"), None, map_isq, None, map_isq, False))
 VOLUMES.register(VolumeFormat("vff", "VFF volume", (".vff",), None, map_vff, None, map_vff, False))
+VOLUMES.register(VolumeFormat("vox", "VOX volume", (".vox",), None, map_vox, None, map_vox, False))
+VOLUMES.register(VolumeFormat("paravision", "ParaVision volume", ("2dseq",), None, map_2dseq, None, map_2dseq, False))

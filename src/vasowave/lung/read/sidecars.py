@@ -11,7 +11,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.io.textfile import read_start
 from vasowave.lung.read.payload import centimeters
 
-SIDECARS = (".log", ".txt", ".pca", ".pcr", ".vgi", ".xtekct", ".info", ".nfo", ".ini")
+SIDECARS = (".log", ".txt", ".pca", ".pcr", ".vgi", ".xtekct", ".info", ".nfo", ".ini", "visu_pars", "reco", "procs")
 """Endings of texts that scanners and reconstructions write beside slices."""
 _MAX_BYTES = 1 << 20
 """Nothing beyond is looked at."""

@@ -25,7 +25,7 @@ from vasowave.pulse.network.remarks import implausible_sizes
 from vasowave.pulse.network.titles import says_unit
 from vasowave.pulse.network.vessel_table import is_vessel_table, network_of, recognized, vessel_columns
 
-_LINES = (".vtp", ".vtk", ".swc", ".mrk.json")
+_LINES = (".vtp", ".vtk", ".swc", ".mrk.json", ".tre")
 _AMOUNT = re.compile(r"\s*(?P<number>[\d.]+(?:e-?\d+)?)?\s*(?P<unit>[^\d\s].*?)\s*", re.IGNORECASE)
 
 

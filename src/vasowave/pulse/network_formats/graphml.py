@@ -1,4 +1,4 @@
-"""Graphs as NetworkX, igraph, Gephi and VesselVio write them: edges with lengths and radii, in one of six forms."""
+"""Graphs as NetworkX, igraph, Gephi and VesselVio write them: edges with lengths and radii, in one of seven forms."""
 
 import re
 from collections.abc import Mapping
@@ -20,11 +20,15 @@ _LARGEST = 64 << 20  # bytes; a hundred thousand edges have 30 MB
 _GML = re.compile(rb"(?:\s*(?:#[^\n]*\n|(?:Creator|Version|comment)\b[^\n]*\n))*\s*graph\s*\[")
 _GXL, _VASCUSYNTH, _GEXF = b"<gxl", b"nodeType", b"<gexf"
 _EDGE_LIST = re.compile(rb"(?:\s*#[^\n]*\n)*\s*[^\s{,;]+[ \t]+[^\s{,;]+[ \t]+\{\s*['\"]")  # as NetworkX writes it
-_NODE_LINK = (b'"directed"', b'"source"')  # beside the nodes, of which thousands may come before the edges
+_NODE_LINK = (
+    b'"directed"',
+    b'"source"',
+    b'"elements"',
+)  # beside the nodes, of which thousands may come before the edges
 
 
 def is_graph(path: Path, start: bytes) -> bool:
-    """Return whether a file is GraphML, GEXF, GXL, GML or NetworkX's JSON or list of edges, by its beginning."""
+    """Return whether a file is GraphML, GEXF, GXL, GML, Cytoscape's or NetworkX's JSON, or list of edges."""
     if _GXL in start:
         return _VASCUSYNTH not in start
     if _EDGE_LIST.match(start):
@@ -51,7 +55,7 @@ def graph_columns(path: Path) -> Columns:
     try:
         graph = _read(path)
     except (networkx.NetworkXException, ElementTree.ParseError, LookupError, ValueError, TypeError, AttributeError,
-            RecursionError) as error:  # fmt: skip
+            RuntimeError) as error:  # fmt: skip
         raise InputError(f"{path}: not a graph, or damaged ({' '.join(str(error).split())[:200]})") from None
     edges = list(graph.edges(data=True))
     if not edges:
@@ -76,11 +80,14 @@ def _read(path: Path) -> Any:
     if _GXL in start:
         return _of_gxl(path)
     if _EDGE_LIST.match(start):
-        return networkx.read_edgelist(path, create_using=networkx.MultiGraph, encoding="utf-8-sig")
+        graph = networkx.read_edgelist(path, create_using=networkx.MultiGraph, encoding="utf-8-sig")
+        lines = [line for line in read_bytes(path).splitlines() if line.partition(b"#")[0].strip()]
+        return _complete(graph, len(lines), "a line is no edge; was the file cut off?")
     if _GML.match(start):
         text = read_bytes(path).decode("utf-8-sig")
         several = "" if re.search(r"\bmultigraph\s+1\b", text) else " multigraph 1"  # NetworkX asks for the word
-        return networkx.parse_gml(re.sub(r"\bgraph\s*\[", lambda match: match[0] + several, text, count=1), label="id")
+        graph = networkx.parse_gml(re.sub(r"\bgraph\s*\[", lambda match: match[0] + several, text, count=1), label="id")
+        return _complete(graph, len(re.findall(r"\bedge\s*\[", text)), "an edge stands outside the graph")
     is_json = start.lstrip().startswith(b"{")
     if not is_json and ElementTree.fromstring(read_bytes(path)).find(".//{*}edge//{*}edge") is not None:
         raise ValueError("an edge stands within another")  # NetworkX passes over it
@@ -89,8 +96,17 @@ def _read(path: Path) -> Any:
     if not is_json:
         return networkx.read_graphml(path)
     content = parsed(read_bytes(path))
+    if "elements" in content:  # as Cytoscape writes it
+        content |= {kind: [entry["data"] for entry in content["elements"][kind]] for kind in ("nodes", "edges")}
     content["multigraph"] = True  # of two edges between the same nodes a plain graph would hold the last alone
     return networkx.node_link_graph(content, edges="links" if "links" in content else "edges")
+
+
+def _complete(graph: Any, edges: int, fault: str) -> Any:
+    """Return a graph; `ValueError` with the fault where NetworkX passed over some of the edges that are written."""
+    if graph.number_of_edges() != edges:
+        raise ValueError(fault)
+    return graph
 
 
 def _of_gxl(path: Path) -> Any:

@@ -92,24 +92,25 @@ def _subject(subjects: Mapping[tuple[str, ...], str], names: tuple[str, ...]) ->
 
 def subjects_of(sheet: AnimalSheet, names: Sequence[tuple[str, ...]]) -> dict[tuple[str, ...], str]:
     """Return by its names whose recording each is, where some animal has several; else nothing."""
-    subjects = {of_row: key for of_row in names if (key := sheet.animal_of(of_row)[0])}
-    return subjects if len({*subjects.values()}) < len(subjects) else {}
+    keys = [sheet.animal_of(of_row)[0] for of_row in names]  # also of two files that have one name in one folder
+    subjects = {of_row: key for of_row, key in zip(names, keys, strict=True) if key}
+    return subjects if len({*subjects.values()}) < sum(map(bool, keys)) else {}
 
 
-def sheet_remark(sheet: AnimalSheet, names: Sequence[Sequence[str]], rows: Sequence[tuple[str, ...]]) -> str:
-    """Return what to say of a lab's table of animals: names of what is added or there, and those of each row once."""
-    if not any(map(sheet.row_of, names)):
+def sheet_remark(sheet: AnimalSheet, rows: Sequence[tuple[str, ...]]) -> str:
+    """Return what to say of a lab's table of animals, by the names of each row that is added or there."""
+    if not any(map(sheet.row_of, rows)):
         ids = some_of([*sheet.rows], _MAX_NAMED_FILES)
         return f"{sheet.file.name}: a table of animals ({ids}), none of which any file here is called by"
     titles = ", ".join(dict.fromkeys(title for row in sheet.rows.values() for title in row))
     lost = f"; without {', '.join(sheet.passed_over)}, which a study's table cannot have" if sheet.passed_over else ""
-    taken = some_of([f"{name} for {key}" for name, key in sheet.guesses(names).items()], _MAX_NAMED_FILES)
+    taken = some_of([f"{name} for {key}" for name, key in sheet.guesses(rows).items()], _MAX_NAMED_FILES)
     guessed = f"; taken were {taken}" if taken else ""
     remark = (
         f"{sheet.file.name}: a table of {len(sheet.rows)} animals, which tells {titles or 'nothing'}{lost}{guessed}"
     )
-    counts = Counter(subjects_of(sheet, rows).values())
-    repeated = some_of([key for key, count in counts.items() if count > 1], _MAX_NAMED_FILES)
+    counts = Counter(sheet.animal_of(of_row)[0] for of_row in rows)
+    repeated = some_of([key for key, count in counts.items() if key and count > 1], _MAX_NAMED_FILES)
     several = [f"several recordings of {repeated}: column subject"] if repeated else []
     return "; ".join([remark, *sheet.taken, *several])
 

@@ -170,11 +170,11 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     remarks += [*files.remarks, *times.remarks]
     cures += times.cures
     in_sheets = [name for sheet in files.sheets for name in told_cells(sheet, new, before.rows, marks)]
-    names = [*(entry.names for entry in entries), *names_of(before.rows)]
-    of_rows = [*(entry.names for entry in new), *names_of(before.rows)]
+    of_before = {id(row): names for row, names in zip(before.rows, names_of(before.rows), strict=True)}
+    of_rows = [*(entry.names + of_before.pop(id(entry.old), ()) for entry in [*new, *touched]), *of_before.values()]
     recorded_files = {file for entry in entries for file in entry.recorded.files}  # whose other sheets may be notes
-    remarks += [sheet_remark(sheet, names, of_rows) for sheet in files.sheets
-                if sheet.file not in recorded_files or any(map(sheet.row_of, names))]  # fmt: skip
+    remarks += [sheet_remark(sheet, of_rows) for sheet in files.sheets
+                if sheet.file not in recorded_files or any(map(sheet.row_of, of_rows))]  # fmt: skip
     serves_all = options.network is not None or not files.refused
     for entry in [*new, *touched]:
         group = entry.cells["group"] or (entry.old or {}).get("group", "")

@@ -57,9 +57,9 @@ NO_QUANTITY = look_kind(
 )
 WEDGE_OF_SOME = look_kind(
     "check.wedge-of-some",
-    "{count} of {all} animals have a wedge pressure; in the others PVR and R_T count from 0, which alone "
+    "{count} of {all} recordings have a wedge pressure; in the others PVR and R_T count from 0, which alone "
     "can make groups differ",
-    "Give the wedge of every animal, or of none.",
+    "Give the wedge of every recording, or of none.",
 )
 PAPER_BOUNDS = look_kind(
     "check.paper-bounds",

@@ -1,5 +1,7 @@
-"""The MATLAB export of ADInstruments LabChart: all channels of all blocks in one vector, and tables that divide it."""
+"""The MATLAB exports of ADInstruments LabChart: all channels of all blocks in one vector, and tables that divide it;
+or, as older ones and those of Macintosh, a matrix a block."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -10,13 +12,19 @@ from vasowave.base.errors import InputError
 from vasowave.base.io.matlab import is_mat, read_mat, vector
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
 from vasowave.catheter.signals.channels import Block, Channel, Comment
+from vasowave.catheter.signals.gaps import with_gaps
+from vasowave.catheter.signals.signal import sampling
 
 _REQUIRED_VARIABLES = ("data", "datastart", "dataend", "titles", "samplerate")
+_MATRIX = "data_block"
 
 
 def is_labchart_mat(path: Path, start: bytes) -> bool:
     """Whether a file is one of MATLAB and holds the variables of LabChart's export."""
-    return is_mat(path, start) and {"datastart", "dataend"} <= set(read_mat(path))
+    if not is_mat(path, start):
+        return False
+    names = set(read_mat(path))
+    return {"datastart", "dataend"} <= names or any({f"{_MATRIX}{n}", f"titles_block{n}"} <= names for n in (1, 2))
 
 
 def read_labchart_mat(path: str | Path) -> list[Block]:
@@ -31,6 +39,9 @@ def read_labchart_mat(path: str | Path) -> list[Block]:
         A file that cannot be read, is no LabChart export, or whose tables contradict each other.
     """
     variables = read_mat(path)
+    numbers = sorted(int(match[1]) for name in variables if (match := re.fullmatch(rf"{_MATRIX}(\d+)", name)))
+    if numbers and "datastart" not in variables:
+        return [_matrix_block(path, variables, number) for number in numbers]
     missing = [name for name in _REQUIRED_VARIABLES if name not in variables]
     if missing:
         raise InputError(
@@ -48,6 +59,32 @@ def read_labchart_mat(path: str | Path) -> list[Block]:
         channels_read = [_channel(path, tables, data, titles[c], c, b) for c in range(channels)]
         read.append(Block(tuple(channel for channel in channels_read if channel), _comments(path, variables, b)))
     return read
+
+
+def _matrix_block(path: str | Path, variables: Mapping[str, Any], number: int) -> Block:
+    """Return a block that has a row a channel, beside times, titles, units, and comments by the number of a sample."""
+
+    def of_block(name: str) -> Any:
+        return variables.get(f"{name}_block{number}", np.empty(0))
+
+    place = f"{path}, block {number}"
+    data = np.atleast_2d(of_block("data"))
+    titles, units_of = rows_of_text(of_block("titles")), rows_of_text(of_block("units"))
+    times, ticks, whose = (vector(of_block(name), place) for name in ("ticktimes", "comtick", "comchan"))
+    if data.shape != (len(titles), len(times)) or data.dtype.kind not in "iuf" or len(times) < 2:
+        raise InputError(f"{place}: its data, titles and times do not go together; export it again")
+    texts = rows_of_text(of_block("comtext"))
+    if not len(ticks) == len(whose) == len(texts) or not all(1 <= tick <= len(times) for tick in ticks):
+        raise InputError(f"{place}: its comments are damaged; export it again without comments")
+    rounding = 4 * float(np.finfo(np.float64).eps) * float(np.abs(times).max())
+    rate, leaps = sampling(times, rounding, place, lambda row: f"{place}, sample {row + 1}")
+    channels = tuple(
+        Channel(title, unit.strip("*"), values if leaps is None else with_gaps(values, leaps), rate,
+                f"{place}, channel '{title}'")
+        for title, unit, values in zip(titles, [*units_of, *[""] * len(titles)], data.astype(float), strict=False)
+    )  # fmt: skip
+    comments = zip((float(times[int(tick) - 1] - times[0]) for tick in ticks), texts, whose, strict=True)
+    return Block(channels, tuple(Comment(time, text, max(int(channel), 0)) for time, text, channel in comments))
 
 
 class _Tables:

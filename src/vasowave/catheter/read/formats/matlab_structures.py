@@ -9,7 +9,6 @@ from vasowave.base.errors import InputError
 from vasowave.base.io.matlab import is_mat, text, vector
 from vasowave.base.io.named_arrays import read_named
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
-from vasowave.catheter.read.formats.acqknowledge_mat import is_acqknowledge_mat
 from vasowave.catheter.signals.channels import Block, Channel
 from vasowave.catheter.signals.signal import ALIASES, MAX_RATE_DIFFERENCE, RATE_NAMES
 
@@ -42,7 +41,7 @@ def _channels(levels: Mapping[str, Fields]) -> list[str]:
 
 def is_structured(path: Path, start: bytes) -> bool:
     """Whether a file is one of MATLAB with structures that hold samples and their unit."""
-    return is_mat(path, start) and not is_acqknowledge_mat(path, start) and has_structures(read_named(path))
+    return is_mat(path, start) and has_structures(read_named(path))
 
 
 def has_structures(variables: Fields) -> bool:

@@ -1,5 +1,6 @@
 """Signals that are variables of a MATLAB file, each a vector: ``pressure``, ``flow``, ``time``; ``pressure_unit``."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import zip_longest
@@ -14,16 +15,17 @@ from vasowave.base.io.headings import split_title
 from vasowave.base.io.matlab import is_mat, text, vector
 from vasowave.base.io.named_arrays import read_named
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
-from vasowave.catheter.read.formats.acqknowledge_mat import is_acqknowledge_mat
 from vasowave.catheter.read.formats.labchart_mat import is_labchart_mat, rows_of_text
 from vasowave.catheter.read.formats.matlab_structures import is_structured
 from vasowave.catheter.signals.channels import Block, Channel, rates_differ
 from vasowave.catheter.signals.gaps import with_gaps
 from vasowave.catheter.signals.signal import ALIASES, MAX_RATE_DIFFERENCE, RATE_NAMES, Signal, given_unit, sampling
 
+_UNIT_BY_NAME = re.compile(r"(?:.*\.)?units?\.([^.]+)", re.IGNORECASE)
+
 
 def _sniff(path: Path, start: bytes) -> bool:
-    sniffers = (is_labchart_mat, is_acqknowledge_mat, is_structured)
+    sniffers = (is_labchart_mat, is_structured)
     return is_mat(path, start) and not any(sniff(path, start) for sniff in sniffers)
 
 
@@ -35,7 +37,7 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
     InputError
         No vectors, none as long as the times, or uneven times.
     """
-    variables = _with_columns(read_named(Path(path)))
+    variables = _with_columns(_with_units(read_named(Path(path))))
     plain = {_plain(name): value for name, value in variables.items()}
     vectors = {
         name: vector(value, f"{path}: variable '{name}'")
@@ -70,6 +72,17 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
             f"{', '.join(variables) or 'nothing'}"
         )
     return Block(channels, suspicions=rates_differ(told_rate, rate) if time is not None else ())
+
+
+def _with_units(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return variables, with the units that a structure ``units`` names, and the rate by AcqKnowledge's interval."""
+    united = {match[1]: value for name, value in variables.items()
+              if (match := _UNIT_BY_NAME.fullmatch(name)) and text(value)}  # fmt: skip
+    signals = {name: value for name, value in variables.items() if not (_UNIT_BY_NAME.fullmatch(name) and text(value))}
+    named = {f"{name}_unit": united[stem] for name in signals if (stem := name.rpartition(".")[2]) in united}
+    if step := _single_number(variables.get("isi", np.empty(0))):
+        named["fs"] = np.array(1 / (step * units.factor(text(variables.get("isi_units", "")) or "ms", "time")))
+    return signals | named
 
 
 def _with_columns(variables: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -150,7 +163,7 @@ def _rate(path: str | Path, time: np.ndarray | None, unit: str, stated_rate: flo
 
 def read_cycle(path: Path, quantities: Wanted, site: str = "") -> list[Signal]:
     """Return the variables that hold the quantities wanted of one cycle."""
-    variables = _named(path, _with_columns(read_named(Path(path))))
+    variables = _named(path, _with_columns(_with_units(read_named(Path(path)))))
     return [_from_mat(path, variables, quantity, unit) for quantity, unit in quantities.items()]
 
 

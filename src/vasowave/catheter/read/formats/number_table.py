@@ -49,6 +49,8 @@ COUNT_DIFFERS = look_kind(
 )
 BELOW = note_kind("recording.below", "rows below the numbers were left out: {rows}")
 _MAX_BELOW = 12  # rows below a table that are no numbers: means, remarks, an end
+_PER_BEAT = re.compile(r"\b(?:mean|average|max\w*|min\w*|cyclic|start|end|duration|heart rate|hr|sd)\b", re.IGNORECASE)
+"""Words of titles of numbers by beat or selection."""
 _HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
 
 
@@ -494,6 +496,11 @@ def _column(table: Columns, quantity: str, site: str) -> tuple[int, tuple[Findin
         if quantity in choice.picked:
             column, reason = choice.picked[quantity], choice.guessed.get(quantity, "")
             return column.place, (TAKEN(title=column.title, name=quantity, why=reason),) if reason else ()
+    if 2 * sum(map(bool, map(_PER_BEAT.search, table.names))) > len(table.names):
+        raise InputError(
+            f"{table.source}: numbers by beat or selection ({', '.join(table.names[:4])} …), as LabChart's Data Pad "
+            "holds them, and no signals; export the signals of pressure and flow themselves, with their times"
+        )
     return table.require(quantity, titles="time [s], pressure [mmHg] and flow [ml/s]"), ()
 
 
