@@ -217,9 +217,9 @@ class Discrepancy:
         (turn, precision, _), (shape, size) = self._nodes, place
         directions, weights = errors @ turn[shape], precision[shape, :, size]
         of_mean = np.outer(directions @ (turn[shape, 0] * weights), turn[shape, 0])
-        seen = (directions + self._gain[shape, size] * of_mean) * weights
-        root = np.linalg.cholesky((1 + _ROUNDING) * np.eye(len(errors)) - seen @ directions.T)
-        return np.asarray(seen @ (residual @ turn[shape]) + root @ rng.standard_normal(len(errors)))
+        gain = (directions + self._gain[shape, size] * of_mean) * weights
+        root = np.linalg.cholesky((1 + _ROUNDING) * np.eye(len(errors)) - gain @ directions.T)
+        return np.asarray(gain @ (residual @ turn[shape]) + root @ rng.standard_normal(len(errors)))
 
     def _noise_at(self, place: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
         """Return a draw of discrepancy and all errors at a node, shape (coefficient,), mmHg."""

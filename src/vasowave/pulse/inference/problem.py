@@ -230,8 +230,8 @@ class Problem:
         if not falls.any():
             return np.zeros(self.count)
         posed = [self._posed(point, falls=share * falls) for share in (1.0, 0.5, 0.25)]
-        whole, half, quarter = self.through_amplifier([point] * len(posed), self._simulated(posed))
-        changes = np.array([whole, 3 * half - 2 * quarter]) - straight
+        full, half, quarter = self.through_amplifier([point] * len(posed), self._simulated(posed))
+        changes = np.array([full, 3 * half - 2 * quarter]) - straight
         simulated = changes[np.isfinite(changes).all(axis=1)]
         if not len(simulated):
             raise NumericalError("a model whose vessels taper cannot be simulated; say a smaller taper_sd")
