@@ -30,7 +30,7 @@ KINDS = {
     "hump": np.exp(-0.5 * ((HARMONIC - 5) / 1.5) ** 2),
 }
 """Power of the noise by harmonic."""
-PRIORS = Priors(radius=0, length=0, radius_scale_sd=0, length_scale_sd=0, k_sd=0)
+PRIORS = Priors(radius=0, length=0, radius_scale_sd=0, length_scale_sd=0, k_sd=0, flow_gain_sd=0, taper_sd=0)
 FIELDS = ("kind", "animal", "method", "quantity", "truth", "low", "high")
 
 

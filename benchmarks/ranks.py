@@ -4,10 +4,11 @@
     python benchmarks/ranks.py --out found.csv --animals 0 --docs      the table of what is there, into docs/coverage.md
 
 Trees of seven vessels. All that a posterior leaves open is drawn from its prior: parameters, scales and single errors
-of radii and lengths, exponent k, zero of the pressure, size and spectrum of the discrepancy, errors of measurement. The
-animal is simulated, disturbed, and analyzed under the same prior; models that cannot be simulated are drawn anew, as a
-posterior leaves them out. Of 400 draws most are left to the emulator, as by default; 150 are all simulated. Each animal
-is a line a quantity in the file as soon as it is done; a run that was stopped goes on where it was.
+of radii and lengths, exponent k, taper, gain of the flow, zero of the pressure, size and spectrum of the discrepancy,
+errors of measurement. The animal is simulated, disturbed, and analyzed under the same prior; models that cannot be
+simulated are drawn anew, as a posterior leaves them out. Of 400 draws most are left to the emulator, as by default; 150
+are all simulated. Each animal is a line a quantity in the file as soon as it is done; a run that was stopped goes on
+where it was.
 """
 
 import argparse
@@ -29,6 +30,7 @@ from posterior_modes import tree
 from robustness_page import put
 from vasowave.base import VasowaveError
 from vasowave.pulse import derived
+from vasowave.pulse.analysis import operating_point, wave_intensity
 from vasowave.pulse.calibration import Search, compared_part
 from vasowave.pulse.cycle import Recording, resample
 from vasowave.pulse.inference import Sampling, posterior_of, problem_of
@@ -37,8 +39,9 @@ from vasowave.pulse.noise import LOG_POWER_PRIOR, LOG_RATE_PRIOR, SIZE_PRIOR, ha
 from vasowave.pulse.solver import simulate
 
 LAWS = ("linear", "tangent", "power")
-QUANTITIES = ("wave_speed", "R_T", "a", "C_p")
+QUANTITIES = ("wave_speed", "R_T", "a", "C_p", "I_R")
 COMPARED = 12  # harmonics
+WAVE_SAMPLES = 256  # of a cycle whose waves are separated
 ERROR = 0.005  # mmHg, standard error of each harmonic by the scatter of the beats
 FIELDS = ("law", "animal", "quantity", "truth", "rank", "low", "high", "k_hat", "draws", "cpu")
 PAGE = Path(__file__).parents[1] / "docs" / "coverage.md"
@@ -71,9 +74,10 @@ def animal(problem, rng):
     while True:
         scores = rng.standard_normal(len(unknowns.all))
         radii, lengths, _ = (sd * rng.standard_normal(len(sd)) for sd in unknowns.own_errors)
+        falls = np.full(len(radii), unknowns.priors.sd("taper", unknowns.network) * rng.standard_normal())
         try:
-            model, _ = unknowns.posed(scores, radii, lengths)
-            waves = simulate(model, problem.recording.inflow, problem.numerics)["pressure"].to_numpy()
+            model, recorded = unknowns.posed(scores, radii, lengths, falls)
+            waves = simulate(model, recorded.inflow, problem.numerics)["pressure"].to_numpy()
         except (VasowaveError, ArithmeticError):
             continue
         true = waves[:, model.network.root, 0]
@@ -83,7 +87,11 @@ def animal(problem, rng):
         break
     again, compared = replace(unknowns, recording=recording), compared_part(recording, COMPARED)
     mean = recording.mean_pressure - errors[0] / np.sqrt(problem.samples)
-    return replace(problem, unknowns=again, compared=compared), derived(model, mean)
+    place, blood = operating_point(model, mean), model.blood
+    pressure, flow = (resample(resample(wave, problem.samples), WAVE_SAMPLES) for wave in (true, recorded.flow))
+    waves = wave_intensity(pressure, flow, recording.period, *place, blood.inertia)
+    truth = derived(model, mean) | {"I_R": float(waves.reflection_coefficient)}
+    return replace(problem, unknowns=again, compared=compared), truth
 
 
 def lines(law, number, draws):

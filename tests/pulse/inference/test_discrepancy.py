@@ -110,6 +110,13 @@ def test_the_zero_and_another_residual_are_drawn_from_their_own_distributions(no
     assert drawn.zero.mean() == pytest.approx(expected, abs=4 / np.sqrt(count))
     left = likely @ (1 - solved @ zero) + likely @ (seen - expected) ** 2
     assert drawn.zero.var() == pytest.approx(left, rel=0.05, abs=0.02)
+    of_vessels, inverse = noise.vessels @ noise.vessels.T, np.linalg.inv(covariances)
+    of_each = inverse @ residual @ of_vessels  # of the vessels' errors, given one covariance
+    middle = likely @ of_each
+    assert drawn.vessels.mean(axis=0) == pytest.approx(middle, abs=4 * drawn.vessels.std() / np.sqrt(count))
+    remaining = of_vessels - of_vessels @ np.einsum("n,nij->ij", likely, inverse) @ of_vessels
+    spread = np.diag(remaining) + likely @ (of_each - middle) ** 2
+    assert drawn.vessels.var(axis=0) == pytest.approx(spread, rel=0.05)
     covariance = np.einsum("n,nij->ij", likely, covariances)
     scale = np.sqrt(np.diag(covariance))
     np.testing.assert_allclose(

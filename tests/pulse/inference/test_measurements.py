@@ -9,7 +9,15 @@ from vasowave.pulse.inference import expected_precision, posterior
 
 TUBE = vw.Network(("1",), [-1], [0.4], [0.05])
 TREE = vw.Network(("1", "2", "3"), [-1, 0, 0], [0.4, 0.3, 0.5], [0.05, 0.042, 0.036])
-EXACT = {"radius": 0.0, "length": 0.0, "radius_scale_sd": 0.0, "length_scale_sd": 0.0, "k_sd": 0.0}
+EXACT = {
+    "flow_gain_sd": 0.0,
+    "taper_sd": 0.0,
+    "radius": 0.0,
+    "length": 0.0,
+    "radius_scale_sd": 0.0,
+    "length_scale_sd": 0.0,
+    "k_sd": 0.0,
+}
 MOUSE = vw.virtual_mouse()
 
 

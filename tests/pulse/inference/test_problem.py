@@ -19,6 +19,7 @@ from vasowave.pulse.model import (
     LinearWall,
     Model,
     Numerics,
+    Shape,
     bed_factors,
     estimate_nominal,
     parameter_name,
@@ -80,9 +81,23 @@ def test_what_one_vessel_changes_is_what_a_network_with_that_vessel_changes(whol
             simulate(changed, whole.recording, Numerics(samples=512))["pressure"].to_numpy()[:, network.root, 0]
         )
     expected = resample(waves[1] - waves[0], whole.samples)
-    assert columns.shape == (42, whole.samples)
+    assert columns.shape == (43, whole.samples)  # the last of a taper that nobody stated
     assert columns[21 + 2] == pytest.approx(expected, abs=2e-3)  # tolerances of four simulations
     assert np.abs(expected).max() > 0.02
+
+
+def test_a_taper_that_nobody_states_is_an_error_that_all_vessels_share(whole):
+    point = whole.unknowns.scores({"beta": 57.0, "r1": 0.6})
+    straight, waves = whole.unknowns.model(point), []
+    for shape in (None, Shape.falling(np.full(21, 0.1))):
+        pressure = simulate(replace(straight, shape=shape), whole.recording, Numerics(samples=512))["pressure"]
+        waves.append(pressure.to_numpy()[:, straight.network.root, 0])
+    expected = resample(waves[1] - waves[0], whole.samples)
+    assert whole.in_time(whole.vessels(point).T)[-1] == pytest.approx(expected, abs=2e-3)
+    assert np.abs(expected).max() > 0.1
+    assert not problem(Priors(taper_sd=0.0)).vessels(point)[:, -1].any()
+    measured = narrowing(0.1, 0.05).unknowns.network
+    assert [Priors().sd("taper", network) for network in (control_network(), measured)] == [0.1, 0.0]
 
 
 def test_known_radii_replace_the_assumed_error(whole):
@@ -226,7 +241,7 @@ def test_indices_that_an_error_moves_follow_from_zero_and_gain(whole):
     assert found["PVR"] == pytest.approx((pressure - mouse.wedge_pressure) / flow)
     model = wide.unknowns.model(points[0])
     assert found["R_T"][0] == pytest.approx(model.outlets.total_resistance(), rel=0.2)
-    sure = problem(Priors(zero_sd=0.0))
+    sure = problem(Priors(zero_sd=0.0, flow_gain_sd=0.0))
     nothing = np.zeros((1, len(sure.unknowns.all)))
     assert not {"mPAP", "CO", "PVR"} & set(sure.quantities(nothing, sure.measured[np.newaxis], np.zeros(1)))
 

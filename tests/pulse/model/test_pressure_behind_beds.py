@@ -121,7 +121,8 @@ def test_an_uncertain_pressure_behind_the_beds_widens_what_depends_on_it(before_
     recording = replace(recording, pressure=recording.pressure + noise * np.sum(waves, axis=0))
     widths, expected = {}, {}
     for sd in (0.0, 2.0):
-        priors = vw.Priors(wedge=sd, radius=0.0, length=0.0, radius_scale_sd=0.0, length_scale_sd=0.0, k_sd=0.0)
+        exact = dict.fromkeys(("radius_scale_sd", "length_scale_sd", "k_sd", "flow_gain_sd", "taper_sd"), 0.0)
+        priors = vw.Priors(wedge=sd, radius=0.0, length=0.0, **exact)
         how = Sampling(priors=priors, search=Search(pressure_harmonics=16), draws=400)
         found = posterior_of(problem := problem_of(model.network, recording, "linear", how), how)
         true = model.outlets.R1[0], model.outlets.R2[0], model.outlets.C[0]

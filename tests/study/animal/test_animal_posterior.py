@@ -42,7 +42,8 @@ def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_k
 @pytest.mark.validation
 def test_reference_draws_the_posterior_of_the_first_wall_law_alone(tmp_path):
     """One vessel with one unknown, for the sake of time."""
-    network, exact = Network(("1",), [-1], [0.4], [0.05]), {"radius_scale_sd": 0.0, "length_scale_sd": 0.0, "k_sd": 0.0}
+    network = Network(("1",), [-1], [0.4], [0.05])
+    exact = dict.fromkeys(("radius_scale_sd", "length_scale_sd", "k_sd", "flow_gain_sd", "taper_sd"), 0.0)
     mouse = Animal("mouse", "CTL", network, virtual_mouse(), synthetic=True)
     settings = Settings(walls=("linear", "power"), starts=1, inference="reference", pressure_harmonics=8,
                         fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0}, **exact)  # fmt: skip

@@ -17,7 +17,7 @@ from vasowave.pulse.inference import (
 )
 from vasowave.pulse.model import Numerics
 
-SHAPE_ONLY = Priors(radius_scale_sd=0, length_scale_sd=0, k_sd=0)
+SHAPE_ONLY = Priors(radius_scale_sd=0, length_scale_sd=0, k_sd=0, flow_gain_sd=0, taper_sd=0)
 """Parameters alone are drawn; the vessels' own errors are part of the likelihood."""
 
 

@@ -14,6 +14,8 @@ import numpy as np
 
 from vasowave.pulse.noise.spectrum import harmonics, spectral_shapes, spectral_sizes, with_points
 
+_ROUNDING = 1e-9  # of a variance of 1: what errors that are known exactly may be below 0
+
 
 class Drawn(NamedTuple):
     """What may lie behind residuals.
@@ -24,12 +26,15 @@ class Drawn(NamedTuple):
         Standard deviation σ of the discrepancy, mmHg.
     zero : array, shape (draw,)
         Error of the zero of the pressure, in its SD.
+    vessels : array, shape (draw, coefficient)
+        What the errors of single vessels change, mmHg.
     noise : array, shape (draw, coefficient)
         Another residual of the same kind, mmHg: discrepancy and all errors.
     """
 
     deviation: np.ndarray
     zero: np.ndarray
+    vessels: np.ndarray
     noise: np.ndarray
 
 
@@ -198,19 +203,32 @@ class Discrepancy:
         share = np.cumsum(np.exp(log - log.max(axis=1, keepdims=True)), axis=1)
         node = (share < share[:, -1:] * rng.random((len(residuals), 1))).sum(axis=1)
         residuals = residuals if self.passed is None else self.passed.counted(residuals)
-        turn, precision, _ = self._nodes
-        scores, again = np.empty(len(residuals)), np.empty_like(residuals)
-        for row, (shape, size) in enumerate(zip(*np.divmod(node, precision.shape[2]), strict=True)):
-            direction, weights = zero @ turn[shape], precision[shape, :, size]
-            of_mean = turn[shape, 0] * weights
-            corrected = direction + self._gain[shape, size] * (of_mean @ direction) * turn[shape, 0]
-            expected = (corrected * weights) @ (residuals[row] @ turn[shape])
-            variance = max(1.0 - float((direction * weights) @ corrected), 0.0)
-            scores[row] = expected + np.sqrt(variance) * rng.standard_normal()
-            white = rng.standard_normal(len(weights)) / np.sqrt(weights)
-            again[row] = self._shapes[0][shape] * (turn[shape] @ white)  # inverse of the turn, transposed
-            again[row, 0] -= self._taken[shape, size] * (of_mean @ white)
-        return Drawn(self._amplitudes[0][node % precision.shape[2]], scores, again)
+        places = list(zip(*np.divmod(node, self._nodes[1].shape[2]), strict=True))
+        errors = np.vstack([zero, self.vessels.T])
+        scores = np.array([self._scores(errors, *pair, rng) for pair in zip(residuals, places, strict=True)])
+        again = np.array([self._noise_at(place, rng) for place in places])
+        deviation = self._amplitudes[0][np.array(places)[:, 1]]
+        return Drawn(deviation, scores[:, 0], scores[:, 1:] @ self.vessels.T, again)
+
+    def _scores(
+        self, errors: np.ndarray, residual: np.ndarray, place: tuple[int, int], rng: np.random.Generator
+    ) -> np.ndarray:
+        """Return a draw of independent errors behind a residual at a node, in their SD, from what an SD changes."""
+        (turn, precision, _), (shape, size) = self._nodes, place
+        directions, weights = errors @ turn[shape], precision[shape, :, size]
+        of_mean = np.outer(directions @ (turn[shape, 0] * weights), turn[shape, 0])
+        gain = (directions + self._gain[shape, size] * of_mean) * weights
+        root = np.linalg.cholesky((1 + _ROUNDING) * np.eye(len(errors)) - gain @ directions.T)
+        return np.asarray(gain @ (residual @ turn[shape]) + root @ rng.standard_normal(len(errors)))
+
+    def _noise_at(self, place: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
+        """Return a draw of discrepancy and all errors at a node, shape (coefficient,), mmHg."""
+        (turn, precision, _), (shape, size) = self._nodes, place
+        weights = precision[shape, :, size]
+        white = rng.standard_normal(len(weights)) / np.sqrt(weights)
+        noise = np.array(self._shapes[0][shape] * (turn[shape] @ white))  # inverse of the turn, transposed
+        noise[0] -= self._taken[shape, size] * (turn[shape, 0] * weights @ white)
+        return noise
 
     def _by_node(self, rows: np.ndarray) -> np.ndarray:
         """Return log prior plus log density, shape (shape, draw, amplitude)."""

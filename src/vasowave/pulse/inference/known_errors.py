@@ -56,8 +56,8 @@ class ErrorKind:
         Returns what would have been seen without the error, from what was seen and the unknown's value.
     center : callable
         Returns the unknown's median; 0 of a positive one where an animal does not have it.
-    sampled : bool
-        Whether posteriors assume the usual SD, too; else theirs is 0 where nothing is said.
+    single : callable
+        Returns whether posteriors know it vessel by vessel, so that none in common is usual there.
     of_image : callable
         Returns the SD that the measurement of a network tells in place of the usual one, None where it tells none.
     common : callable
@@ -72,7 +72,7 @@ class ErrorKind:
     positive: bool
     without: Callable[[Seen, float], Seen]
     center: Callable[[Seen], float]
-    sampled: bool = True
+    single: Callable[[Network], bool] = lambda _: False
     of_image: Callable[[Network], float | None] = lambda _: None
     common: Callable[[Network], float] = lambda _: 0.0
 
@@ -258,11 +258,11 @@ class KnownErrors:
     """Of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0. Usual: 0.5; in
     pulmonary arteries distensibility is nearly uniform (k = 0), down the systemic ones k near 0.7 is usual."""
     taper_sd: Annotated[
-        _Share | None, ErrorKind("1", "fall of all radii along their vessels", 0.1, "image", False, _same, _none, False,
-                            _of_tapers)
+        _Share | None, ErrorKind("1", "fall of all radii along their vessels", 0.1, "image", False, _same, _none,
+                            lambda network: _of_tapers(network) is not None, _of_tapers)
     ] = None  # fmt: skip
     """Of what the radius of all vessels falls from inlet to outlet alike, as a share of it, and nobody knows. Usual:
-    0.1, in fits; less where the network's ``taper`` is measured."""
+    0.1; less where the network's ``taper`` is measured, whose errors posteriors know vessel by vessel."""
     image_pressure_sd: Annotated[
         _Share | None,
         ErrorKind("mmHg", "pressure at which the image was taken", 0.3, "image", True, _filled,
@@ -270,10 +270,9 @@ class KnownErrors:
     ] = None  # fmt: skip
     """Of the pressure at which the image was taken, as a share of it, where it is known. Usual: 0.3."""
     flow_gain_sd: Annotated[
-        _Share | None, ErrorKind("1", "true over measured flow", 0.05, "probe", True, _more_flow, _one, False)
+        _Share | None, ErrorKind("1", "true over measured flow", 0.05, "probe", True, _more_flow, _one)
     ] = None
-    """Of the gain of the flow probe, as a share. Usual: 0.05, in fits: makers of transit-time probes state ±10 %.
-    Posteriors take an untold gain for exact."""
+    """Of the gain of the flow probe, as a share. Usual: 0.05: makers of transit-time probes state ±10 %."""
     flow_delay_sd: Annotated[
         _SD | None, ErrorKind("s", "delay of the measured flow", 0.0, "probe", False, _later_flow, _none)
     ] = None
@@ -320,8 +319,9 @@ class KnownErrors:
     def sd(self, name: str, network: Network | None = None) -> float:
         """Return the SD of an unknown of posteriors: what is said, else what the network's image tells, or is usual."""
         value, kind = getattr(self, f"{name}_sd"), kinds()[name]
-        usual = max(kind.usual, 0.0 if network is None else kind.common(network))
-        return (usual if kind.sampled else 0.0) if value is None else float(value)
+        if value is not None or network is None:
+            return kind.usual if value is None else float(value)
+        return 0.0 if kind.single(network) else max(kind.usual, kind.common(network))
 
     def assumed(self, network: Network) -> tuple[AssumedError, ...]:
         """Return the errors that fits of a network allow for, and those of which the lab says that there are none."""

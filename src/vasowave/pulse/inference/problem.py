@@ -205,6 +205,8 @@ class Problem:
     def vessels(self, point: np.ndarray) -> np.ndarray:
         """Return what one SD of each vessel's own radius, length and taper changes, shape (coefficient, error), mmHg.
 
+        The last is that of a taper that all vessels have alike and nobody measured, where there may be one.
+
         Raises
         ------
         NumericalError
@@ -219,7 +221,21 @@ class Problem:
                 "a model with one vessel wider or longer by its assumed error cannot be simulated; give smaller errors "
                 "of radius and length, or other numerics"
             )
-        return (outputs[1:] - outputs[0]).T if len(outputs) > 1 else np.zeros((self.count, 1))
+        return np.column_stack([(outputs[1:] - outputs[0]).T, self._untold_taper(point, outputs[0])])
+
+    def _untold_taper(self, point: np.ndarray, straight: np.ndarray) -> np.ndarray:
+        """Return what one SD of a common taper changes; where its flow chokes by the line through two smaller ones."""
+        network = self.unknowns.network
+        falls = self.unknowns.priors.sd("taper", network) * np.ones(len(network))
+        if not falls.any():
+            return np.zeros(self.count)
+        posed = [self._posed(point, falls=share * falls) for share in (1.0, 0.5, 0.25)]
+        full, half, quarter = self.through_amplifier([point] * len(posed), self._simulated(posed))
+        changes = np.array([full, 3 * half - 2 * quarter]) - straight
+        simulated = changes[np.isfinite(changes).all(axis=1)]
+        if not len(simulated):
+            raise NumericalError("a model whose vessels taper cannot be simulated; say a smaller taper_sd")
+        return simulated[0]
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Return coordinates of points, shape (point, unknown), in which the pressure bends less.

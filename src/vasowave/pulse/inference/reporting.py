@@ -52,9 +52,10 @@ def reported(
     rows = _resampled(explored.weights.log_weight, rng)
     points, residuals = explored.points[rows], explored.residuals[rows]
     behind = noise.drawn(residuals, problem.zero, rng)
-    values = _values(problem, points, problem.measured - residuals, behind.zero)
+    values = _values(problem, points, problem.measured - residuals + behind.vessels, behind.zero)
     values["discrepancy"] = behind.deviation
     first, outputs = (np.concatenate(arrays) for arrays in zip(*looked, strict=True))
+    outputs = outputs + rng.standard_normal((len(first), noise.vessels.shape[1])) @ noise.vessels.T
     before = _values(problem, first, outputs, rng.standard_normal(len(first)))
     median, spread = noise.amplitude
     before["discrepancy"] = median * np.exp(spread * rng.standard_normal(len(first)))

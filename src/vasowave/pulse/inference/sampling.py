@@ -119,7 +119,8 @@ def posterior(
     >>> import vasowave as vw
     >>> network = vw.Network(("1",), [-1], [0.4], [0.05])  # a quick one: one vessel, and one unknown
     >>> search = vw.Search(fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0}, pressure_harmonics=8)
-    >>> priors = vw.Priors(radius=0, length=0, radius_scale_sd=0, length_scale_sd=0, k_sd=0)
+    >>> exact = dict.fromkeys(("radius_scale_sd", "length_scale_sd", "k_sd", "flow_gain_sd", "taper_sd"), 0.0)
+    >>> priors = vw.Priors(radius=0, length=0, **exact)
     >>> vw.posterior(network, vw.virtual_mouse(), priors=priors, search=search, draws=40)
     Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)
     """

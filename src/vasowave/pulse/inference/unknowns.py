@@ -68,6 +68,9 @@ class Unknowns:
     zero_enters : bool
         Whether the zero of the pressure is one of them: it is where the pressure enters the model. Else it moves the
         mean of the measured pressure alone, which a covariance says.
+    taper_enters : bool
+        Whether the taper that nobody measured is one of them, for derivatives. Posteriors have what it changes in a
+        covariance: junctions of a tree that tapers share another pressure, a step that no emulator learns.
     """
 
     space: ParameterSpace
@@ -75,6 +78,7 @@ class Unknowns:
     priors: Priors
     recording: Recording
     zero_enters: bool = False
+    taper_enters: bool = False
 
     def __post_init__(self) -> None:
         """Check that priors speak of parameters that there are, and that something is unknown."""
@@ -105,9 +109,10 @@ class Unknowns:
 
     def _structure(self) -> dict[ParameterName, Unknown]:
         priors, structure = self.priors, dict[ParameterName, Unknown]()
+        enters = {"zero": self.zero_enters, "taper": self.taper_enters}
         for name, kind in kinds().items():
             center = float(kind.center(self._seen))
-            if (name != "zero" or self.zero_enters) and not (kind.positive and center == 0):
+            if enters.get(name, True) and not (kind.positive and center == 0):
                 structure[ParameterName(kind.source, name)] = Unknown(
                     kind.unit, kind.meaning, center, priors.sd(name, self.network), kind.positive, kind.source
                 )
@@ -185,11 +190,10 @@ class Unknowns:
         fields = model_fields(values, self.space.law, beds) | {
             "blood": blood, "outlet_pressure": float(value["wedge"]), "outlet_pulsation": self.space.outlet_pulsation
         }  # fmt: skip
-        untold = float(value["taper"])
-        if not self.fall.any():
-            shape = Shape.falling(np.full(len(network), untold)) if untold else None
-            return Model(network, shape=shape, **fields), observed.recording
-        fall = untold + value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
+        own_falls = self.fall + (0.0 if falls is None else falls)
+        fall = value.get("taper", 0.0) + value.get("taper_scale", 1.0) * own_falls
+        if not fall.any() and not self.fall.any():
+            return Model(network, **fields), observed.recording
         return Model(network, shape=Shape.falling(fall), junctions="total", **fields), observed.recording
 
     @cached_property

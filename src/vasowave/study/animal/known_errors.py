@@ -197,7 +197,8 @@ def _problem(fit: CalibratedModel, settings: Settings, spreads: Mapping[str, flo
     network = fit.model.network
     if fit.model.profile is None:  # measured tapers within their errors: its vessels are straight
         network = replace(network, taper=None, taper_sd=None)
-    return problem_of(network, fit.recording, law, sampling)
+    problem = problem_of(network, fit.recording, law, sampling)
+    return replace(problem, unknowns=replace(problem.unknowns, taper_enters=True))
 
 
 def _logs(values: Mapping[str, float]) -> pd.Series:

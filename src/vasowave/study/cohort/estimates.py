@@ -9,7 +9,7 @@ import xarray as xr
 
 from vasowave.base.descriptions import NORMAL
 from vasowave.pulse.inference.known_errors import SHARED_SOURCES
-from vasowave.pulse.quantities import INDICES, RECORDED
+from vasowave.pulse.quantities import RECORDED
 from vasowave.study.animal.law_result import PosteriorResult
 from vasowave.study.animal.result import AnimalResult
 
@@ -203,12 +203,8 @@ def image_unknown(estimates: Estimates, in_second: np.ndarray, source: str) -> b
 
 
 def _posterior(result: AnimalResult, source: str, name: str) -> PosteriorResult | None:
-    """Return the posterior that knows a positive quantity, if there is one that can be trusted.
-
-    What was measured has the error that the posterior of the first law gives its index, whichever law that is.
-    """
-    law = next(iter(result.laws), "") if source == "measured" and name in INDICES else source
-    posterior = result.laws[law].posterior if law in result.laws else None
+    """Return the posterior of a wall law that knows a positive quantity, if there is one that can be trusted."""
+    posterior = result.laws[source].posterior if source in result.laws else None
     if posterior is None or not posterior.trusted or name not in posterior.table["quantity"].values:
         return None
     return posterior if np.all(posterior.draws(name) > 0) else None

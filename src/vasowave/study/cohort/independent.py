@@ -210,7 +210,7 @@ def _contrast(cohort: Cohort, source: str, name: str, group: str) -> GroupContra
     if min(map(np.ptp, sides)) < 1e-9:
         raise InputError("the values hardly vary within a group; there is nothing to test")
     contrast = GroupContrast(**vars(values), in_second=in_second)
-    if values.estimates.origin != "posterior" or source == "measured":
+    if values.estimates.origin != "posterior":
         return contrast
     fits = known_values(cohort, source, name, (cohort.reference, group), values.results, posteriors=False)
     return replace(contrast, fits=None if fits is None else fits.estimates)

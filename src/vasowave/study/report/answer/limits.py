@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vasowave.pulse.inference.known_errors import kinds
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.effects import Effect, GroupEffect, grouped
@@ -45,12 +44,10 @@ def _of_fits(cohort: Cohort, law: str) -> list[str]:
 def assumed_errors(results: Sequence[AnimalResult], drawn: bool = False) -> list[str]:
     """Say for which errors intervals and p of the model allow, and who told them; nothing where there are none.
 
-    Those that are `drawn` by posteriors allow for some errors only where these are told.
+    Those that are `drawn` by posteriors weigh the error of the model itself, too.
     """
     errors_by_source: dict[str, dict[str, None]] = {}
     for known_error in (error for result in results for error in result.assumed_errors):
-        if drawn and known_error.source == "usual" and not kinds()[known_error.name].sampled:
-            continue
         errors_by_source.setdefault(known_error.source if known_error.sd > 0 else "exact", {})[str(known_error)] = None
     words = {"usual": "{} (usual values; the study gives none)", "image": "{} (by the image)", "lab": "{} (stated)"}
     sentences = [
