@@ -176,7 +176,7 @@ def test_a_thin_rim_along_half_or_all_of_a_vessel_makes_its_radius_uncertain_and
 
 
 def test_an_oval_vessel_beside_its_axis_has_no_rim():
-    z, y, x = np.indices(SIZE)
+    _, y, x = np.indices(SIZE)
     oval = np.clip(0.5 - (np.hypot((y - 17.3) / 8.0, (x - 17.0) / 6.0) - 1) * 7, 0, 1)
     measured, _, _ = seen(noisy(40 + CONTRAST * ndimage.gaussian_filter(oval, 0.8)))
     assert measured.grey.uneven[0] == 0
