@@ -163,16 +163,23 @@ def test_what_outshines_the_agent_names_its_vessel():
     assert doubts["image.brighter-than-agent"].vessels == ("1",)
 
 
-@pytest.mark.parametrize("rim", [True, False])
-def test_a_thin_rim_along_half_a_vessel_makes_its_radius_uncertain_and_no_other(rim):
+@pytest.mark.parametrize(("rim", "begin"), [(True, 30), (True, 0), (False, 0)])
+def test_a_thin_rim_along_half_or_all_of_a_vessel_makes_its_radius_uncertain_and_no_other(rim, begin):
     z, y, x = np.indices(SIZE)
     away = np.hypot(y - 42.0, x - 42.0) - RADII[1]
-    half_moon = np.clip(1.3 - np.abs(away - 0.4), 0, 1) * (away > 0) * (x > 42) * (z > 30)
+    half_moon = np.clip(1.3 - np.abs(away - 0.4), 0, 1) * (away > 0) * (x > 42) * (z > begin)
     measured, _, _ = seen(noisy(drawn() + rim * 1.6 * CONTRAST * ndimage.gaussian_filter(half_moon, 0.8)))
     assert (measured.grey.uneven > 0).tolist() == [False, rim]
     assert (measured.grey.sd[1] > 0.04 * measured.grey.radius[1]) == rim
     assert (np.abs(off(measured)) * measured.network.radius < 2 * measured.grey.sd).all()
     assert measured.grey.edge is None
+
+
+def test_an_oval_vessel_beside_its_axis_has_no_rim():
+    _, y, x = np.indices(SIZE)
+    oval = np.clip(0.5 - (np.hypot((y - 17.3) / 8.0, (x - 17.0) / 6.0) - 1) * 7, 0, 1)
+    measured, _, _ = seen(noisy(40 + CONTRAST * ndimage.gaussian_filter(oval, 0.8)))
+    assert measured.grey.uneven[0] == 0
 
 
 def test_a_rim_that_outshines_the_agent_is_no_double_edge():

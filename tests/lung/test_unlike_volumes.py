@@ -130,6 +130,17 @@ def test_a_vessel_that_narrows_has_the_mean_radius_of_all_of_it_and_no_scatter_f
     np.testing.assert_array_equal(evened_sections(straight, 0.2).sections.signal, straight.signal)
 
 
+def test_the_errors_of_tapers_of_few_sections_hold_none():
+    rng, scores = np.random.default_rng(7), []
+    for _ in range(300):
+        noise = gaussian_filter1d(rng.standard_normal(60), 0.85)[20:32]  # three share their noise
+        sections = replace(made_profile(88, 0.04, sections=12), signal=88 * np.pi * 0.04**2 * (1 + 0.04 * noise))
+        evened = evened_sections(sections, 6 * VOXEL)
+        scores.append(evened.taper / evened.taper_sd)
+    assert np.mean(np.abs(scores) < 2) > 0.91  # by the scatter about the line as it is, 0.85
+    assert 0.85 < np.std(scores) < 1.2
+
+
 def test_the_scatter_of_few_sections_is_not_believed_where_the_noise_of_the_image_says_otherwise():
     rng = np.random.default_rng(6)
     made = [replace(made_profile(88, 0.02, sections=12), signal=rng.normal(0.1, 0.01, 12)) for _ in range(200)]

@@ -193,8 +193,8 @@ def require_slender(paths: MinimalPaths, tips: Sequence[int]) -> None:
     if flat > max(MAX_FLAT_ENDS, len(tips) / 3):
         raise InputError(
             f"at {flat} of {len(tips)} ends the lumen is as wide as a plate or a block: a holder or other tissue hangs "
-            "together with the vessels, or is taken for them; give a region or a mask without it, a higher threshold, "
-            "or the outlets"
+            "together with the vessels, or is taken for them, or stubs stand side by side as in a comb; give a region "
+            "or a mask without it, a higher threshold, or for stubs the outlets"
         )
 
 

@@ -86,7 +86,7 @@ class EdgeRules:
     width_spread: float = 0.25
     blur_spread: float = 0.1
     hidden_level: float = 0.25
-    hidden_widths: tuple[float, ...] = (0.1, 0.2, 0.3)
+    hidden_widths: tuple[float, ...] = (0.1, 0.15, 0.2, 0.3)
     max_hidden: float = 4.0
     hidden_share: float = 0.67
     min_hidden: float = 0.01
@@ -173,14 +173,14 @@ def second_edge(
 
 
 def _not_excluded(vessels: Sequence[_Bins], plain: OptimizeResult) -> float:
-    """Return half of what the thickest wall of soft tissue widens radii by that explains the profiles as one step does:
-    the SD of what may be anything from nothing to that.
+    """Return what the thickest wall of soft tissue widens radii by that explains the profiles as one step does, over
+    √3: how far radii are off, root mean square, by what may be anything from nothing to that.
     """
     scale = max(1.0, 2 * plain.cost / sum(len(vessel.level) for vessel in vessels))
     for width in reversed(RULES.hidden_widths):
         fit = _fitted(vessels, None, second_step=(RULES.hidden_level, width))
         if 2 * (fit.cost - plain.cost) < RULES.max_hidden * scale:
-            return 0.5 * (1 - float(np.median(fit.x[0::4] / plain.x[0::4])))
+            return float(1 - np.median(fit.x[0::4] / plain.x[0::4])) / np.sqrt(3)
     return 0.0
 
 

@@ -5,16 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vasowave.lung.measure.profiles import COPIES, Profile
+from vasowave.lung.measure.profiles import COPIES, SECTIONS_PER_SAMPLE, Profile
 
 FEWEST = 5
 """A slope is looked for in at least so many sections."""
 MIN_SLOPE_ERRORS = 3.0
 """A slope counts beyond so many standard errors: at 2 the radii of vessels that do not narrow scatter more."""
-SECTIONS_PER_SAMPLE = 3.0
-"""Neighboring sections share their noise: so many count as one."""
+MIN_FREEDOM = 0.3
+"""Samples that are left beside a line at least; sections are often too few to tell."""
 MIN_UNEVEN = 0.045
 """Areas of sections that scatter by this share more than noise explains are not those of one even tube."""
+MIN_RUGGED, RUGGED_ERROR = 0.011, 4.0
+"""An outline with larger waves is one of a lumen with a rim or a clot (round ones show 0 to 0.008), whose radius is off
+by so many times the waves: thin half-moons of calcium by 3 to 6."""
 PRIOR_SECTIONS = 6.0
 """The scatter that noise alone explains weighs as much as that of so many independent sections."""
 
@@ -46,10 +49,14 @@ def evened_sections(sections: Profile, middle: float) -> Evened:
     slope = _median_slope(sections.run, width)
     residual = width - slope * sections.run
     at_middle = float(np.median(residual)) + slope * middle
-    error = float(np.std(residual)) / (float(np.std(sections.run)) * np.sqrt(len(width) / SECTIONS_PER_SAMPLE))
+    samples = len(width) / SECTIONS_PER_SAMPLE
+    error = float(np.std(residual)) / (float(np.std(sections.run)) * np.sqrt(samples))
     if at_middle <= 0:
         return Evened(sections, 0.0)
-    taper, taper_sd = -slope / at_middle, error / at_middle
+    inflation = np.sqrt(
+        samples / max(samples - 2, MIN_FREEDOM)
+    )  # the line takes two of the samples that tell its error
+    taper, taper_sd = -slope / at_middle, error * inflation / at_middle
     slope *= max(0.0, 1 - (MIN_SLOPE_ERRORS * error / max(abs(slope), 1e-12)) ** 2)
     line = np.median(width - slope * sections.run) + slope * np.append(sections.run, middle)
     if line.min() <= 0:
@@ -90,15 +97,17 @@ def moderated(profiles: Sequence[Profile | None], noise_beside: np.ndarray) -> n
 
 
 def unevenness(profiles: Sequence[Profile | None]) -> np.ndarray:
-    """Return by what share the areas of each vessel's sections differ along it, shape (vessel,).
+    """Return by what share the areas of each vessel's sections differ along it, or its outline is one of no tube.
 
-    0 without sections, and where the scatter that noise of all vessels explains leaves little of it.
+    0 without sections, and where the scatter that noise of all vessels explains leaves little of it; shape (vessel,).
     """
     deviation, noise = _scatter(profiles)
     mean = np.array([np.nan if sections is None else float(np.mean(sections.signal)) for sections in profiles])
     usual = float(np.nanmedian(deviation / noise)) * noise if np.isfinite(deviation).any() else deviation
     share = np.sqrt(np.maximum(deviation**2 - usual**2, 0.0)) / np.maximum(mean, 1e-12)
-    return np.where(share > MIN_UNEVEN, share, 0.0)
+    rugged = np.array([0.0 if sections is None else sections.rugged for sections in profiles])
+    around = np.where(rugged > MIN_RUGGED, RUGGED_ERROR * rugged, 0.0)
+    return np.fmax(np.where(share > MIN_UNEVEN, share, 0.0), around)
 
 
 def _scatter(profiles: Sequence[Profile | None]) -> tuple[np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from vasowave.lung.kernels import in_tube
 from vasowave.lung.read.volume import Volume
-from vasowave.lung.sections import STEP, across, disc, medians, sampled, tangents
+from vasowave.lung.sections import STEP, across, carried, disc, medians, sampled, tangents
 from vasowave.lung.tree import Line
 
 DISC, RING = 2.0, 7.0
@@ -29,6 +29,12 @@ SECTION_STEP_VOXELS, SAMPLES_PER_RADIUS = 2.0, 4.0
 than SAMPLES_PER_RADIUS voxels samples, and then sections, are so many to a radius, for their radii are sure."""
 MIN_CLEAR_SHARE = 0.9
 """A section is used if so much of it is not a vessel."""
+ORDERS, OVAL = np.array([2, 3, 4, 5]), 1.5
+"""Waves around a section; an axis a little beside the middle has none of them, an oval the first, and in the third so
+many times its square."""
+SECTIONS_PER_SAMPLE, MIN_SECTIONS, MIN_EVIDENCE = 3.0, 4, 2.0
+"""Neighboring sections share their noise: so many count as one. Fewer than the second tell nothing of an outline, nor
+do waves whose square exceeds that of their noise by less than the third."""
 MIN_COPIES = 4
 """Fewer copies that lie clear of all vessels say nothing."""
 Beside = Callable[[Line, np.ndarray, float, Volume, Line], float]
@@ -56,6 +62,9 @@ class Profile:
         The points of the vessel's line at which they lie.
     noise : float
         How much a section's signal scatters for noise of one grey level in each voxel, up to a factor, cm².
+    rugged : float
+        By what share of the radius the outline, as it is along all of the vessel, is neither round nor oval, beyond
+        noise; 0 if no section is free of other vessels.
     radial : float array, shape (3, bin)
         Distance from the axis, cm; grey level there, the median of the sections' means; its standard error. NaN where
         no section shows it.
@@ -68,6 +77,7 @@ class Profile:
     run: np.ndarray
     rows: np.ndarray
     noise: float = 1.0
+    rugged: float = 0.0
     radial: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))
 
 
@@ -103,7 +113,8 @@ def profile(
     above, valid = grey[good] - background[:, None], valid[good]
     area = within.sum() * (STEP * spacing) ** 2
     signal = np.maximum((above * valid).sum(axis=1) / valid.sum(axis=1) * area, 0.0)
-    complete_sections = above[valid[:, within].all(axis=1)]
+    is_complete = valid[:, within].all(axis=1)
+    complete_sections = above[is_complete]
     spread = (
         _spread(complete_sections[:, within].mean(axis=0), grid[within])
         if len(complete_sections)
@@ -116,7 +127,8 @@ def profile(
     noise = np.sqrt(area + np.pi / 2 * area**2 / (np.mean(ring[good].sum(axis=1)) * (STEP * spacing) ** 2))
     plateau = above[:, core].mean(axis=1)
     rows = sections[good]
-    return Profile(signal, plateau, spread, steepest, line.run[rows], rows, float(noise), radial)
+    rugged = _rugged(complete_sections[:, within], grid[within], _turns(line, rows[is_complete]))
+    return Profile(signal, plateau, spread, steepest, line.run[rows], rows, float(noise), rugged, radial)
 
 
 def _seen(grid: np.ndarray, within: np.ndarray, foreign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -134,6 +146,27 @@ def _spread(weight: np.ndarray, grid: np.ndarray) -> np.ndarray:
     weight = np.maximum(weight, 0.0) / max(float(np.maximum(weight, 0.0).sum()), 1e-12)
     away = grid - weight @ grid
     return np.linalg.eigvalsh((away * weight[:, None]).T @ away)[::-1]
+
+
+def _turns(line: Line, rows: np.ndarray) -> np.ndarray:
+    """Return by what angle the sections at `rows` are turned against ones that turn no more than the axis does."""
+    axes = tangents(line.points, 4)[rows]
+    (u, v), (steady, _) = across(axes), carried(axes)
+    return np.arctan2((steady * v).sum(axis=1), (steady * u).sum(axis=1))
+
+
+def _rugged(levels: np.ndarray, grid: np.ndarray, turns: np.ndarray) -> float:
+    """Return `Profile.rugged`: an outline r = R(1 + ε cos nθ) has ∫ g ρ² exp(inθ) dA / ∫ g ρ² dA = 2ε."""
+    if len(levels) < MIN_SECTIONS:
+        return 0.0
+    square = (grid**2).sum(axis=1)
+    waves = square[:, None] * np.exp(1j * np.outer(np.arctan2(grid[:, 1], grid[:, 0]), ORDERS))
+    sections = levels @ waves * np.exp(-1j * np.outer(turns, ORDERS)) / max(2 * float((levels @ square).mean()), 1e-12)
+    mean = sections.mean(axis=0)
+    mean[2] -= OVAL * mean[0] ** 2
+    square_mean = float((np.abs(mean[1:]) ** 2).sum())
+    noise = float(sections[:, 1:].var(axis=0).sum()) * SECTIONS_PER_SAMPLE / len(sections)
+    return float(np.sqrt(square_mean - noise)) if square_mean > MIN_EVIDENCE * noise else 0.0
 
 
 def _slope(above: np.ndarray, valid: np.ndarray, bins: np.ndarray, width: float) -> float:

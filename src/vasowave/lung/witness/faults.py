@@ -59,7 +59,7 @@ class FaultRules:
     min_share: float = 0.01
     min_bright_share: float = 0.005
     min_voxels: int = 20
-    min_hidden: float = 0.015
+    min_hidden: float = 0.025
     filter_sd: float = 0.08
     double_sd: float = 0.1
 
