@@ -113,7 +113,7 @@ def test_samples_of_a_wfdb_record_that_are_missing_are_gaps(tmp_path):
     ("form", "line", "record", "words"),
     [
         ("16", "200/mmHg 16 0 0 0 0 PAP", "r/3 2 500", "several segments; read one"),
-        ("310", "200/mmHg 16 0 0 0 0 PAP", "r 2 500", "no signal of a format that is read"),
+        ("310", "200/mmHg 16 0 0 0 0 PAP", "r 2 500", "is not of a format that is read"),
         ("16", "200/mmHg 16 0 0 0 0 PAP", "r 2 500 9999", "copy it again"),
         ("16", "0 16 0 0 0 0 PAP", "r 2 500 2000", "counts"),
         ("16", "200/mmHg 16 0 0 0 0 PAP", "r 7 500 2000", "no sound header"),
@@ -130,7 +130,7 @@ def test_a_wfdb_record_that_cannot_be_read_is_refused_in_words(tmp_path, form, l
 def test_a_wfdb_header_names_no_file_of_another_folder(tmp_path):
     _, lines, _ = counts(16)
     (tmp_path / "r.hea").write_text(f"r 1 500 2000\n../secret.dat 16 {lines[0]}\n")
-    with pytest.raises(InputError, match="no signal of a format"):
+    with pytest.raises(InputError, match="is not of a format"):
         read_raw_recording(tmp_path / "r.hea")
 
 

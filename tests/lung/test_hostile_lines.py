@@ -67,7 +67,7 @@ def test_a_point_of_an_swc_whose_number_is_no_whole_number_is_refused(tmp_path, 
     rows = [line.split() for line in SWC.splitlines()]
     rows[3][column] = number
     (tmp_path / "c.swc").write_text("".join(" ".join(row) + "\n" for row in rows))
-    with pytest.raises(InputError, match=r"line 4(: the numbers of a point|, column '\d': (nan|inf) is no finite)"):
+    with pytest.raises(InputError, match=r"line 4(: the numbers of a point|, column '\d': (nan|inf) is not a finite)"):
         read_centerlines(tmp_path / "c.swc", unit=1)
 
 

@@ -102,7 +102,7 @@ def test_edits_survive_their_file(tmp_path_factory, some):
 @pytest.mark.parametrize(
     ("line", "said"),
     [("rejct,1.0,", "did you mean 'reject'"), ("move,1.0,", "a move needs"), ("keep,1.0,2.0", "leaves empty"),
-     ("reject,soon,", "no time"), ("reject,-1,", "no time")],
+     ("reject,soon,", "not a time"), ("reject,-1,", "not a time")],
 )  # fmt: skip
 def test_a_wrong_line_is_named(tmp_path, line, said):
     path = tmp_path / "beats.csv"

@@ -116,7 +116,7 @@ def test_the_page_says_what_the_design_says(stored, report, supplement):
         "its own."
     )
     assert "between HPH and CTL" in said["Pressure and flow"] or "in HPH than in CTL" in said["Pressure and flow"]
-    assert "after/before" in said["Pressure and flow"]
+    assert "from before to after" in said["Pressure and flow"]
     assert "time after and time before on average over the groups" in said["Pressure and flow"]
     assert report.subtitle == "20 recordings of 10 animals in 2 groups: CTL, HPH"
     rows = stored.compare("HPH").table

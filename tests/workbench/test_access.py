@@ -166,7 +166,7 @@ def test_no_name_and_no_link_of_a_study_leads_out_of_it(study, name):
     (study.parent / "out.csv").write_text("1\n", encoding="utf-8")
     (study / "away").symlink_to(study.parent)
     (study / "loop").symlink_to("loop")
-    with pytest.raises(InputError, match="no file inside this study"):
+    with pytest.raises(InputError, match="not a file inside this study"):
         Desk(study).inside(name)
 
 

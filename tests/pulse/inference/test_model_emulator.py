@@ -178,7 +178,7 @@ def test_a_fit_is_asked_within_its_intervals_but_for_ranges_that_are_named(fit, 
 @pytest.mark.parametrize(
     ("asked", "words"),
     [({"box": {"bta": (1, 2)}}, "not free"), ({"box": {5: (1, 2)}}, "not free"),
-     ({"box": {"beta": (60, 50)}}, "no range"), ({"box": {"beta": 50}}, r"\{'beta': \(40.0, 60.0\)\}"),
+     ({"box": {"beta": (60, 50)}}, "not a range"), ({"box": {"beta": 50}}, r"\{'beta': \(40.0, 60.0\)\}"),
      ({"box": {"beta": "49"}}, "lowest and highest"), ({"box": [("beta", (40, 60))]}, "by name"),
      ({"box": 5}, "by name"), ({"box": {"beta": (40, 1e6)}}, "too far; give a range within the fit's bounds .* to "),
      ({"samples": 1000}, "power of 2"), ({"samples": 64.0}, "power of 2")],

@@ -85,7 +85,7 @@ def number_of(values: dict[str, Any], key: str, place: str) -> float:
     """Return a number of an object; `InputError` with its place if it is none."""
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= _MOST:
-        raise InputError(f"{place}: '{key}' is {'missing' if value is None else 'no finite number'}")
+        raise InputError(f"{place}: '{key}' is {'missing' if value is None else 'not a finite number'}")
     return float(value)
 
 

@@ -80,11 +80,11 @@ class Circulation:
             raise InputError("drains: give one inlet of the veins for each terminal artery by their names: {'a': 'v'}")
         terminals = [self.arteries.network.name[row] for row in self.arteries.network.terminals]
         inlets = list(self.veins.network.inlet_names)
-        for kind, names, valid_names in (("terminal artery", self.drains, terminals), ("inlet of the veins",
+        for kind, names, valid_names in (("a terminal artery", self.drains, terminals), ("an inlet of the veins",
                                    self.drains.values(), inlets)):  # fmt: skip
             for name in names:
                 if name not in valid_names:
-                    raise InputError(f"drains: '{name}' is no {kind}{did_you_mean(name, valid_names)}")
+                    raise InputError(f"drains: '{name}' is not {kind}{did_you_mean(name, valid_names)}")
         for lacking, reason in (
             (set(terminals) - set(self.drains), "drains nowhere; name the inlet of the veins behind its bed"),
             (set(inlets) - set(self.drains.values()), "is an inlet of the veins into which no bed drains"),
