@@ -129,7 +129,7 @@ def test_a_pressure_drives_arteries_and_veins_in_series():
         ({"b": "x"}, "'c' drains nowhere"),
         ({"b": "x", "c": "x"}, "'y' is an inlet of the veins into which no bed drains"),
         ({"b": "x", "c": "z"}, "'z' is not an inlet of the veins"),
-        ({"a": "x", "b": "x", "c": "y"}, "'a' is no terminal artery"),
+        ({"a": "x", "b": "x", "c": "y"}, "'a' is not a terminal artery"),
         ({"b": ["x", "y"], "c": "y"}, "one inlet of the veins for each terminal artery by their names"),
         ([("b", "x"), ("c", "y")], "one inlet of the veins for each terminal artery by their names"),
     ],
