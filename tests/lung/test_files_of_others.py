@@ -122,10 +122,12 @@ def test_tubes_of_tubetk_become_vessels_in_the_spacing_that_each_says(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("NPoints = 17", "NPoints = 18", "not tubes of ITK or TubeTK, or damaged"),
-        ("id x y z r", "id x y z s", "not tubes of ITK or TubeTK, or damaged"),
+        ("NPoints = 17", "NPoints = 18", "not tubes of ITK or TubeTK as text, or damaged"),
+        ("id x y z r", "id x y z s", "not tubes of ITK or TubeTK as text, or damaged"),
         ("1 40 3 0 4", "1 40 3 0 0", "a point whose position or radius"),
-        ("ObjectType = Tube", "ObjectType = Blob", "no tube whose points are text"),
+        ("ObjectType = Tube", "ObjectType = Blob", "not tubes of ITK or TubeTK as text"),
+        ("Points = \n", "-Points = \n", "not tubes of ITK or TubeTK as text"),
+        ("NObjects = 2", "NObjects = 3", "2 objects of 3"),
     ],
 )
 def test_damaged_tubes_are_refused(tmp_path, old, new, words):
