@@ -77,8 +77,6 @@ def _read(path: Path) -> Any:
     import networkx
 
     start = read_start(path)
-    if _GXL in start:
-        return _of_gxl(path)
     if _EDGE_LIST.match(start):
         graph = networkx.read_edgelist(path, create_using=networkx.MultiGraph, encoding="utf-8-sig")
         lines = [line for line in read_bytes(path).splitlines() if line.partition(b"#")[0].strip()]
@@ -91,6 +89,8 @@ def _read(path: Path) -> Any:
     is_json = start.lstrip().startswith(b"{")
     if not is_json and ElementTree.fromstring(read_bytes(path)).find(".//{*}edge//{*}edge") is not None:
         raise ValueError("an edge stands within another")  # NetworkX passes over it
+    if _GXL in start:
+        return _of_gxl(path)
     if _GEXF in start:
         return networkx.read_gexf(path)
     if not is_json:
