@@ -46,7 +46,6 @@ _INDICES = ("HR", "mPAP", "sPAP", "dPAP", "pPAP", "CO", "PVR")
 _CAPACITY, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
 _FIRST_COUNT, _LEVEL_FACTOR = 32, 4  # samples in a pair of the finest level, and pairs of one level in one of the next
 _MAX_PIXELS = 4000  # pixels
-_STRETCH = ("start [s]", "end [s]")
 
 
 class Trace:

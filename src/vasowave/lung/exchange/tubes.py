@@ -19,13 +19,7 @@ _FIELD = re.compile(r"^(\w+) *= *(.*?)\s*$", re.MULTILINE)
 
 
 def read_tubes(path: Path, unit: float) -> Skeleton:
-    """Return the tree of the tubes in a file of MetaIO whose unit of length is `unit`, cm.
-
-    Raises
-    ------
-    InputError
-        Other objects than tubes whose points are text, or fewer than announced; see `require_radii`.
-    """
+    """Return the tree of the tubes in a file of MetaIO; `InputError` unless all are text and as many as announced."""
     _, *objects = _OBJECT.split(read_bytes(path).decode("latin-1").replace("\r\n", "\n"))
     try:
         announced = dict(_FIELD.findall(objects[0])).get("NObjects", str(len(objects) - 1))
