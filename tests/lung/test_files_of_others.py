@@ -102,6 +102,12 @@ def test_a_curve_of_slicer_joins_another_that_begins_within_its_radius(tmp_path,
     assert any("2 separate trees" in str(one.message) for one in said) != joined
 
 
+def test_a_table_of_points_without_titles_is_told_which_it_needs(tmp_path):
+    (tmp_path / "nodes.txt").write_text("3\n0,0,0,0,0.4,n\n1,0,0,1,0.4,n\n2,0,0,2,0.4,y\n")
+    with pytest.raises(InputError, match=r"there is no header; such a table has the titles x \[mm\], y \[mm\], z"):
+        read_centerlines(tmp_path / "nodes.txt", unit=0.1)
+
+
 def tubes(path, spacing="0.1 0.1 0.1"):
     """A tube from 0 to 8 along x, and one that leaves it at 4, in a grid of 0.1."""
     lines = ["ObjectType = Scene", "NDims = 3", "NObjects = 2"]
