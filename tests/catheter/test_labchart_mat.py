@@ -135,9 +135,9 @@ def test_blocks_that_are_matrices_are_read_with_their_own_times_units_and_commen
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"titles_block2": np.array(["PA pressure", "Flow       "])}, "block 2: its data, titles and times do not go"),
-        ({"ticktimes_block2": TIME[:-1]}, "block 2: its data, titles and times do not go together"),
-        ({"comtick_block2": np.array([1.0, 9000.0])}, "block 2: its comments are damaged"),
+        ({"titles_block2": np.array(["PA pressure", "Flow       "])}, "block 2: its data, titles, times and comments"),
+        ({"ticktimes_block2": TIME[:-1]}, "block 2: its data, titles, times and comments do not go together"),
+        ({"comtick_block2": np.array([1.0, 9000.0])}, "block 2: its data, titles, times and comments"),
     ],
 )
 def test_a_matrix_whose_tables_contradict_each_other_is_refused(tmp_path, changes, words):

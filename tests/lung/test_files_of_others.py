@@ -102,6 +102,12 @@ def test_a_curve_of_slicer_joins_another_that_begins_within_its_radius(tmp_path,
     assert any("2 separate trees" in str(one.message) for one in said) != joined
 
 
+def test_a_table_of_points_without_titles_is_told_which_it_needs(tmp_path):
+    (tmp_path / "nodes.txt").write_text("3\n0,0,0,0,0.4,n\n1,0,0,1,0.4,n\n2,0,0,2,0.4,y\n")
+    with pytest.raises(InputError, match=r"there is no header; such a table has the titles x \[mm\], y \[mm\], z"):
+        read_centerlines(tmp_path / "nodes.txt", unit=0.1)
+
+
 def tubes(path, spacing="0.1 0.1 0.1"):
     """A tube from 0 to 8 along x, and one that leaves it at 4, in a grid of 0.1."""
     lines = ["ObjectType = Scene", "NDims = 3", "NObjects = 2"]
@@ -122,10 +128,12 @@ def test_tubes_of_tubetk_become_vessels_in_the_spacing_that_each_says(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("NPoints = 17", "NPoints = 18", "not tubes of ITK or TubeTK, or damaged"),
-        ("id x y z r", "id x y z s", "not tubes of ITK or TubeTK, or damaged"),
+        ("NPoints = 17", "NPoints = 18", "not tubes of ITK or TubeTK as text, or damaged"),
+        ("id x y z r", "id x y z s", "not tubes of ITK or TubeTK as text, or damaged"),
         ("1 40 3 0 4", "1 40 3 0 0", "a point whose position or radius"),
-        ("ObjectType = Tube", "ObjectType = Blob", "no tube whose points are text"),
+        ("ObjectType = Tube", "ObjectType = Blob", "not tubes of ITK or TubeTK as text"),
+        ("Points = \n", "-Points = \n", "not tubes of ITK or TubeTK as text"),
+        ("NObjects = 2", "NObjects = 3", "2 objects of 3"),
     ],
 )
 def test_damaged_tubes_are_refused(tmp_path, old, new, words):

@@ -126,7 +126,7 @@ def markups(path: Path) -> None:
 
 def tubes(path: Path) -> None:
     """Write a tube a vessel, as TubeTK does."""
-    text = "ObjectType = Scene\nNDims = 3\n"
+    text = f"ObjectType = Scene\nNDims = 3\nNObjects = {len(tree())}\n"
     for line in tree().lines:
         text += f"ObjectType = Tube\nNDims = 3\nPointDim = x y z r\nNPoints = {len(line)}\nPoints = \n"
         rows = np.column_stack([line.points[:, ::-1], line.radius])

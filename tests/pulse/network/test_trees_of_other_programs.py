@@ -312,6 +312,11 @@ def test_a_graph_with_an_edge_within_another_is_refused(tmp_path):
     path.write_text(f"{head}{nested}{''.join(edges[2:])}</graph></graphml>")
     with pytest.raises(InputError, match="an edge stands within another"):
         vw.read_network(path)
+    size = '<attr name="length_mm"><float>4</float></attr><attr name="radius_mm"><float>1</float></attr>'
+    inner = f'<edge from="2" to="3">{size}</edge>'
+    path.write_text(f'<gxl><graph edgemode="directed"><edge from="1" to="2">{inner}{size}</edge></graph></gxl>')
+    with pytest.raises(InputError, match="an edge stands within another"):
+        vw.read_network(path)
 
 
 def test_a_skeleton_without_radii_says_what_its_intensity_is(tmp_path):

@@ -103,7 +103,7 @@ class Columns:
     def _header(self) -> str:
         """Say which columns there are, of many the first."""
         count = f" … {len(self.names)} in all" if len(self.names) > _MAX_TITLES else ""
-        return f"the header has: {', '.join(self.names[:_MAX_TITLES]) or 'nothing'}{count}"
+        return f"the header has: {', '.join(self.names[:_MAX_TITLES])}{count}" if self.names else "there is no header"
 
     def numbers(self, column: int, quantity: str, default_unit: str = "") -> np.ndarray:
         """Return a column as floats in the canonical unit of `quantity`, shape (rows,).

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from vasowave.base import units
-from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.settings import Positive, given_values, settings_class
@@ -15,7 +14,15 @@ from vasowave.catheter.check.catheter import DELAY_CORRECTED
 from vasowave.catheter.read.choosing import VENTRICLE, choose, pick_channels
 from vasowave.catheter.read.formats import check_sheet, read_blocks
 from vasowave.catheter.read.joined import joined_blocks
-from vasowave.catheter.read.read_raw import at_rate, canonical, check_lengths, choose_block, refuse_gaps, stretch_of
+from vasowave.catheter.read.read_raw import (
+    all_wanted,
+    at_rate,
+    canonical,
+    check_lengths,
+    choose_block,
+    refuse_gaps,
+    stretch_of,
+)
 from vasowave.catheter.signals.channels import Block, Channel
 from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE
 from vasowave.pulse.cycle.ventricular import PressureVolume
@@ -145,13 +152,8 @@ def _in_units(picked: dict[str, Channel], reading: LoopReading) -> tuple[dict[st
             notes += words
         except InputError as error:
             wrong.append(error)
-    if len(wrong) == 2:
-        units_wanted = SetCells("Name both units", tuple((f"{name} unit", UNKNOWN) for name in picked))
-        raise InputError(
-            "\n".join(map(str, wrong)), [units_wanted, *(error.cures[0] for error in wrong if error.cures)]
-        )
     if wrong:
-        raise wrong[0]
+        raise all_wanted(wrong)
     return signals, notes
 
 

@@ -188,7 +188,7 @@ def read_raw_recording(
             notes.append(made)
         scaled[column_of(name)] = replace(channel, values=values)
     if wrong:
-        raise InputError("\n".join(map(str, wrong)), _of_all(wrong))
+        raise all_wanted(wrong)
     raw = _between(path, scaled, start, end, rate)
     raw = replace(
         raw,
@@ -309,19 +309,18 @@ def _with_units_wanted(error: InputError, path: str | Path, reading: Reading) ->
                 canonical(channel, name, {"pressure": reading.pressure_unit, "ecg": None}.get(name, reading.flow_unit))
             except InputError as unit_error:
                 wrong.append(unit_error)
-    return InputError("\n".join(map(str, wrong)), _of_all(wrong))
+    return all_wanted(wrong)
 
 
-def _of_all(wrong: list[InputError]) -> list[Cure]:
-    """Return the cures of errors; where there are several, before them one that mends all in the first way, and one in
-    the last."""
-    listed = [[cure for cure in error.cures if isinstance(cure, SetCells)] for error in wrong]
-    merged = [
-        SetCells("; ".join(cure.label for cure in offered), tuple(cell for cure in offered for cell in cure.cells))
-        for place in (0, -1)
-        if (offered := [cures[place] for cures in listed if cures]) and len(offered) == len(wrong) > 1
-    ]
-    return [*merged, *(cure for error in wrong for cure in error.cures)]
+def all_wanted(wrong: list[InputError]) -> InputError:
+    """Return errors as one; of several the first cure mends all in the first way of each, the next in the last."""
+    ways_of = [[cure for cure in error.cures if isinstance(cure, SetCells)] for error in wrong]
+    cures: list[Cure] = [cure for error in wrong for cure in error.cures]
+    if len(wrong) > 1 and all(ways_of):
+        rows = [[cures_of[place] for cures_of in ways_of] for place in (0, -1)]
+        cures[:0] = [SetCells("; ".join(cure.label for cure in row), tuple(cell for cure in row for cell in cure.cells))
+                     for row in rows]  # fmt: skip
+    return InputError("\n".join(map(str, wrong)), cures)
 
 
 def _unconverted(channel: Channel) -> bool:

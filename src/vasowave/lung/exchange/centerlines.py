@@ -223,7 +223,9 @@ def _flat(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleto
     table = read_columns(path, _ALIASES)
     table.warn()
     values = []
-    columns = [table.require(axis) for axis in ("z", "y", "x", "radius")]
+    columns = [
+        table.require(axis, titles="x [mm], y [mm], z [mm] and radius [mm]") for axis in ("z", "y", "x", "radius")
+    ]
     bookkeeping = {name.casefold() for name in (*_BOOKKEEPING, "vessel")} - {AREA.casefold()}
     if unused := [name for row, name in enumerate(table.names) if row not in columns and name not in bookkeeping]:
         warn(UNUSED(what=f"columns {', '.join(unused)}").at(str(path)), stacklevel=4)

@@ -13,36 +13,35 @@ from vasowave.lung.exchange.markups import tree_of
 from vasowave.lung.exchange.swc import require_radii
 from vasowave.lung.tree import Line
 
-_TUBE = re.compile(r"^ObjectType *= *Tube\b(.*?)^Points *=\s*?\n(.*?)(?=^ObjectType|\Z)", re.MULTILINE | re.DOTALL)
+_OBJECT = re.compile(r"^ObjectType *= *", re.MULTILINE)
+_POINTS = re.compile(r"^Points *= *\n", re.MULTILINE)
 _FIELD = re.compile(r"^(\w+) *= *(.*?)\s*$", re.MULTILINE)
 
 
 def read_tubes(path: Path, unit: float) -> Skeleton:
-    """Return the tree of the tubes in a file of MetaIO whose unit of length is `unit`, cm, spacing included.
-
-    Raises
-    ------
-    InputError
-        No tube, one without numbers as text for x, y, z and r of as many points as it announces.
-    """
-    tubes = _TUBE.findall(read_bytes(path).decode("latin-1").replace("\r\n", "\n"))
-    if not tubes:
-        raise InputError(f"{path}: no tube whose points are text; save the tubes with BinaryData = False")
+    """Return the tree of the tubes in a file of MetaIO; `InputError` unless all are text and as many as announced."""
+    _, *objects = _OBJECT.split(read_bytes(path).decode("latin-1").replace("\r\n", "\n"))
     try:
-        lines = [_line(dict(_FIELD.findall(head)), rows, unit) for head, rows in tubes]
+        announced = dict(_FIELD.findall(objects[0])).get("NObjects", str(len(objects) - 1))
+        lines = [_line(text, unit) for text in objects if not text.startswith(("Scene\n", "Group\n"))]
+        if not lines or int(announced) != len(objects) - 1:
+            raise ValueError(f"{len(objects) - 1} objects of {announced}")
     except (ValueError, IndexError, KeyError) as error:
-        raise InputError(f"{path}: not tubes of ITK or TubeTK, or damaged ({error}); save them again") from None
+        hint = "save them again, with BinaryData = False"
+        raise InputError(f"{path}: not tubes of ITK or TubeTK as text, or damaged ({error}); {hint}") from None
     for line in lines:
         require_radii(path, line)
     return tree_of(path, lines)
 
 
-def _line(fields: dict[str, str], rows: str, unit: float) -> Line:
-    """Return the points of one tube."""
+def _line(text: str, unit: float) -> Line:
+    """Return the points of one tube; `ValueError` unless it is one."""
+    head, rows = _POINTS.split(text)
+    fields = dict(_FIELD.findall(head))
     titles = fields["PointDim"].split()
     table = np.array([row.split() for row in rows.splitlines() if row.strip()], dtype=float)
-    if len(table) != int(fields["NPoints"]) or len(table) < 2:
-        raise ValueError(f"{len(table)} points of {fields['NPoints']}")
+    if not head.startswith("Tube\n") or len(table) != int(fields["NPoints"]) or len(table) < 2:
+        raise ValueError(f"{len(table)} points of {fields['NPoints']} of {head.partition(chr(10))[0]}")
     spacing = np.array(fields.get("ElementSpacing", "1 1 1").split(), dtype=float)
     places = table[:, [titles.index(title) for title in "xyz"]] * spacing
     return Line(unit * places[:, ::-1], unit * spacing[0] * table[:, titles.index("r")])

@@ -47,15 +47,8 @@ HEADERS = (".img.hdr", ".vgi", ".pcr", ".xtekct", ".vol.info", ".raw.info", ".nf
 DATA = (".vol", ".raw", ".img")
 """Endings of files of voxels that say nothing about themselves."""
 _PCR_TYPES = {"1": "u1", "5": "u2", "10": "f4"}  # datos|x
-_NFO_TYPES = {
-    "2": "i1",
-    "3": "u1",
-    "4": "i2",
-    "5": "u2",
-    "8": "i4",
-    "9": "u4",
-    "10": "f4",
-}  # MicroView's manual, app. C
+# MicroView's manual, app. C
+_NFO_TYPES = {"2": "i1", "3": "u1", "4": "i2", "5": "u2", "8": "i4", "9": "u4", "10": "f4"}
 _INVEON_TYPES = {"1": "<i1", "2": "<i2", "3": "<i4", "4": "<f4", "5": ">f4", "6": ">i2", "7": ">i4"}
 _WIDTHS = {1: "u1", 2: "u2", 4: "f4"}
 

@@ -9,14 +9,7 @@ from vasowave.base.errors import InputError, did_you_mean
 from vasowave.pulse.network.network import Network
 from vasowave.pulse.network_formats import read_network
 
-_TABLES = (
-    "hemodynamics",
-    "nominal",
-    "bounds",
-    "optimized_linear",
-    "optimized_tangent",
-    "model_selection",
-)
+_TABLES = ("hemodynamics", "nominal", "bounds", "optimized_linear", "optimized_tangent", "model_selection")
 
 
 @cache

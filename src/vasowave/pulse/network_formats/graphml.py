@@ -77,12 +77,10 @@ def _read(path: Path) -> Any:
     import networkx
 
     start = read_start(path)
-    if _GXL in start:
-        return _of_gxl(path)
     if _EDGE_LIST.match(start):
         graph = networkx.read_edgelist(path, create_using=networkx.MultiGraph, encoding="utf-8-sig")
-        lines = [line for line in read_bytes(path).splitlines() if line.partition(b"#")[0].strip()]
-        return _complete(graph, len(lines), "a line is no edge; was the file cut off?")
+        count = sum(bool(line.partition(b"#")[0].strip()) for line in read_bytes(path).splitlines())
+        return _complete(graph, count, "a line is no edge; was the file cut off?")
     if _GML.match(start):
         text = read_bytes(path).decode("utf-8-sig")
         several = "" if re.search(r"\bmultigraph\s+1\b", text) else " multigraph 1"  # NetworkX asks for the word
@@ -91,6 +89,8 @@ def _read(path: Path) -> Any:
     is_json = start.lstrip().startswith(b"{")
     if not is_json and ElementTree.fromstring(read_bytes(path)).find(".//{*}edge//{*}edge") is not None:
         raise ValueError("an edge stands within another")  # NetworkX passes over it
+    if _GXL in start:
+        return _of_gxl(path)
     if _GEXF in start:
         return networkx.read_gexf(path)
     if not is_json:

@@ -71,11 +71,10 @@ def _matrix_block(path: str | Path, variables: Mapping[str, Any], number: int) -
     data = np.atleast_2d(of_block("data"))
     titles, units_of = rows_of_text(of_block("titles")), rows_of_text(of_block("units"))
     times, ticks, whose = (vector(of_block(name), place) for name in ("ticktimes", "comtick", "comchan"))
-    if data.shape != (len(titles), len(times)) or data.dtype.kind not in "iuf" or len(times) < 2:
-        raise InputError(f"{place}: its data, titles and times do not go together; export it again")
     texts = rows_of_text(of_block("comtext"))
-    if not len(ticks) == len(whose) == len(texts) or not all(1 <= tick <= len(times) for tick in ticks):
-        raise InputError(f"{place}: its comments are damaged; export it again without comments")
+    is_commented = len(ticks) == len(whose) == len(texts) and all(1 <= tick <= len(times) for tick in ticks)
+    if data.shape != (len(titles), len(times)) or data.dtype.kind not in "iuf" or len(times) < 2 or not is_commented:
+        raise InputError(f"{place}: its data, titles, times and comments do not go together; export it again")
     rounding = 4 * float(np.finfo(np.float64).eps) * float(np.abs(times).max())
     rate, leaps = sampling(times, rounding, place, lambda row: f"{place}, sample {row + 1}")
     channels = tuple(
