@@ -89,8 +89,8 @@ def animal(problem, rng):
     mean = recording.mean_pressure - errors[0] / np.sqrt(problem.samples)
     place, blood = operating_point(model, mean), model.blood
     pressure, flow = (resample(resample(wave, problem.samples), WAVE_SAMPLES) for wave in (true, recorded.flow))
-    waves = wave_intensity(pressure, flow, recording.period, *place, blood.inertia)
-    truth = derived(model, mean) | {"I_R": float(waves.reflection_coefficient)}
+    intensity = wave_intensity(pressure, flow, recording.period, *place, blood.inertia)
+    truth = derived(model, mean) | {"I_R": float(intensity.reflection_coefficient)}
     return replace(problem, unknowns=again, compared=compared), truth
 
 

@@ -81,8 +81,9 @@ def test_the_measured_mean_has_the_error_of_its_zero_and_the_model_its_waves(fou
     assert (high - low) / 2 == pytest.approx(1.96 * 0.5, rel=0.25)  # of a hundred draws
     assert middle == pytest.approx(mouse.mean_pressure, abs=0.2)
     assert table.loc["mPAP", "calibration"] > 0.95  # nothing else tells of it, but the priors of the beds, hardly
-    assert "CO" not in table.index  # nobody said that its probe was wrong
-    np.testing.assert_allclose(found.draws("PVR"), found.draws("mPAP") / mouse.cardiac_output)
+    assert np.log(found.draws("CO")).std() == pytest.approx(0.05, rel=0.25)  # as probes are usually wrong
+    assert table.loc["CO", "probe"] > 0.9  # priors of the beds tell of it, too
+    np.testing.assert_allclose(found.draws("PVR"), found.draws("mPAP") / found.draws("CO"))
     assert 0 < table.loc["I_R", "interval_low"] < table.loc["I_R", "interval_high"] < 1
     # τ is R_T C_T, of which the beds have most
     assert np.corrcoef(found.draws("tau"), found.draws("R_T") * found.draws("C_p"))[0, 1] > 0.5

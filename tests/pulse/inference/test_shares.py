@@ -39,3 +39,13 @@ def test_shares_are_the_variances_of_errors_that_are_drawn_one_source_at_a_time(
     table = pd.DataFrame(expected, index=SLOPES.index)
     table = table.div(table.sum(axis=1), axis=0)
     assert found.to_numpy() == pytest.approx(table.to_numpy(), abs=0.01)
+
+
+def test_what_single_vessels_move_directly_has_the_share_that_it_had_were_they_unknowns():
+    slopes = pd.DataFrame(np.hstack([SLOPES, [[0.7, -0.4], [0.0, 0.9]]]), index=SLOPES.index)
+    noise, unknowns = shares()[1], shares(vessels=np.zeros((SAMPLES, 1)))[1]
+    found = variance_shares(slopes, SOURCES, J, noise, np.zeros((1, SAMPLES)))
+    residuals = np.zeros((1, SAMPLES))
+    drawn = variance_shares(slopes, [*SOURCES, "image", "image"], np.hstack([J, VESSELS]), unknowns, residuals)
+    assert found["image"].to_numpy() == pytest.approx(drawn["image"].to_numpy(), abs=0.02)
+    assert (found["image"] > shares()[0]["image"] + 0.02).all()

@@ -125,10 +125,12 @@ def _shares(problem: Problem, noise: Discrepancy, explored: Explored, rows: np.n
     """Return the sources of the variance of every quantity, to first order at the middle of the posterior."""
     middle = explored.points[rows].mean(axis=0)
     steps = _STEP_SD * np.eye(len(middle))
-    offsets = np.vstack([steps, np.zeros_like(middle)])  # the last moves the zero
-    zeros = np.append(np.zeros(len(middle)), _STEP_SD)
+    of_vessels = _STEP_SD * noise.vessels.T
+    offsets = np.vstack([steps, np.zeros((1 + len(of_vessels), len(middle)))])  # then the zero, then vessels are moved
+    zeros = _STEP_SD * np.eye(len(offsets))[len(middle)]
+    moved = np.vstack([np.zeros((1 + len(middle), problem.count)), of_vessels])
     up, down = (
-        _values(problem, points, explored.emulator(points), side * zeros)
+        _values(problem, points, explored.emulator(points) + side * moved, side * zeros)
         for points, side in ((middle + offsets, 1), (middle - offsets, -1))
     )
     slopes = {}
@@ -237,30 +239,30 @@ def variance_shares(
     Parameters
     ----------
     slopes : DataFrame
-        Derivative of each quantity (index) by each score (column).
+        Derivative of each quantity (index) by each score (column), by the zero where it is given, and, else 0, by each
+        error of a single vessel.
     sources : list of str
         Of each score: ``recording`` (a parameter, known before only by its prior), ``image``, ``probe``, ``model``.
     jacobian : array, shape (output, score)
     noise : Discrepancy
     residuals : array, shape (draw, output)
     zero : array, shape (output,), optional
-        What one SD of the zero of the pressure changes, where `slopes` have a last column for it: it then is an unknown
+        What one SD of the zero of the pressure changes, where `slopes` have a column for it: it then is an unknown
         beside the scores, and no longer one of the noise's errors of measurement.
     """
     measured = noise.measured
     if zero is not None:
         measured, jacobian = measured - np.outer(zero, zero), np.column_stack([jacobian, zero])
         sources = [*sources, "calibration"]
-    covariances = {
-        "recording": measured,
-        "image": noise.vessels @ noise.vessels.T,
-        "model": np.diag(noise.variance(residuals)),
-    }
+    jacobian = np.column_stack([jacobian, noise.vessels])
+    sources = [*sources, *["image"] * noise.vessels.shape[1]]
+    covariances = {"recording": measured, "model": np.diag(noise.variance(residuals))}
     gain = np.linalg.solve(sum(covariances.values()), jacobian).T
     covariance = np.linalg.inv(np.eye(len(sources)) + gain @ jacobian)
     K = covariance @ gain
     remainder = np.eye(len(sources)) - K @ jacobian
-    G, table = slopes.to_numpy(float), {}
+    G, table = np.zeros((len(slopes), len(sources))), {}
+    G[:, : slopes.shape[1]] = slopes.to_numpy(float)
     for name in SOURCES:
         columns = np.array([("prior" if source == "recording" else source) == name for source in sources])
         variance = ((G @ remainder[:, columns]) ** 2).sum(axis=1)

@@ -273,8 +273,8 @@ def by_fits(primary: Primary, called: Called) -> list[str]:
     if not differences:
         return ["Fits of the same animals show the same effects as their posteriors."]
     return [
-        f"Fits of the same animals judge otherwise of {listed(differences)}. Posteriors decide: they follow errors "
-        "that are too large for a straight line."
+        f"Fits of the same animals judge otherwise of {listed(differences)}. Posteriors decide: of assumed errors "
+        "they take from each recording what it says, and fits count them whole."
     ]
 
 
