@@ -115,7 +115,7 @@ def test_a_clear_pattern_makes_animals_groups_and_design_and_says_how_to_undo_it
     }  # fmt: skip
     problems, _, _, text = check_study(lab / "study")
     assert not [problem for problem in problems if problem.error]
-    assert "occasion" in text
+    assert "compared: drug against veh; post against pre; drug against veh in the change post/pre" in text
 
 
 def test_recordings_that_come_later_join_their_animals_and_nothing_is_said_twice(lab):

@@ -1,5 +1,6 @@
 """A study from elsewhere runs a program of its own only where its user has allowed it: this study, these bytes."""
 
+import hashlib
 import json
 import os
 import shutil
@@ -163,19 +164,39 @@ def test_what_results_name_is_not_run(foreign, find):
     assert "antigravity" not in sys.modules
 
 
-def test_results_that_name_programs_are_asked_about(make_study):
+def write_results_of(folder, law):
+    """Write results without animals that name a law."""
     from vasowave.study.folder import StudyFile
     from vasowave.study.results import write_results
     from vasowave.study.results.results import _digest
 
-    folder = make_study(animals=1)
-    (folder / "results").mkdir()
+    (folder / "results").mkdir(parents=True)
     index = write_results(folder / "results", {}, {}, StudyFile(groups=["CTL"]))
     content = json.loads(index.read_text("utf-8"))
     content.pop("sha256")
-    content["settings"]["calibration"]["walls"] = ["antigravity:Wall"]
+    content["settings"]["calibration"]["walls"] = [law]
     index.write_text(json.dumps(content | {"sha256": _digest(content)}), "utf-8")
+
+
+def test_results_that_name_programs_are_asked_about(make_study):
+    folder = make_study(animals=1)
+    write_results_of(folder, "antigravity:Wall")
     assert [one.path for one in programs_of(folder)] == ["the installed module antigravity"]
+
+
+def test_the_law_of_a_fit_may_lie_where_one_stands_and_is_allowed_there(tmp_path, monkeypatch):
+    from vasowave.pulse.model import looking_in
+
+    law = tmp_path / "bench_laws.py"
+    law.write_text(EXPONENTIAL + "# of a bench\n", "utf-8")
+    digest = hashlib.sha256(law.read_bytes()).hexdigest()[:16]
+    write_results_of(tmp_path / "fit", f"bench_laws@{digest}:ExponentialWall")
+    monkeypatch.chdir(tmp_path)
+    with looking_in(Path.cwd()), pytest.raises(InputError, match="nobody has allowed"):
+        find_law(f"bench_laws@{digest}:ExponentialWall")
+    assert trust_study("fit") == (law,)
+    with looking_in(Path.cwd()):
+        assert find_law(f"bench_laws@{digest}:ExponentialWall").__name__ == "ExponentialWall"
 
 
 def test_the_name_of_a_law_does_not_depend_on_what_was_read_before(tmp_path, monkeypatch):

@@ -109,7 +109,7 @@ class Shell:
             case Tidy():
                 return "vasowave tidy FILE -o network.csv"
             case TrustPrograms():
-                return f"vasowave check {study} --trust"
+                return f"vasowave check {study} --trust" if self.study is not None else "--trust"
             case RunAgain():
                 return f"vasowave run {study}"
         return ""

@@ -31,7 +31,8 @@ _PLOT = typer.Option(help="Picture of the waves before and after: .png, .pdf or 
 @app.command(
     epilog="Example: vasowave predict my-mouse --change R_T=0.7 --change beta=1.5 -o change.csv --plot change.svg. "
     "Without a change it says what can be changed. Intervals are those of the posterior, where the fit has one. "
-    "vasowave predict my-mouse --measurements says what to measure next."
+    "vasowave predict my-mouse --measurements says what to measure next; vw.rank_stenoses, in Python, what the removal "
+    "of each stenosis gives back."
 )
 def predict(
     fit: Annotated[Path, _FIT],

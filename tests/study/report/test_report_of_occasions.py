@@ -200,7 +200,7 @@ def test_the_page_says_which_parts_made_the_change_and_they_add_up(cohort):
     summary, undone = attribution_summary(cohort)
     assert [row[1] for row in undone.rows] == 2 * ["heart of vor", "walls of vor", "beds of vor"]
     heads = [row[0] for row in summary.rows]
-    assert heads[-1] == "change of Hypoxie Öst less that of Kontrolle Süd, in mmHg, not as a ratio"
+    assert heads[-1] == "Change of Hypoxie Öst less that of Kontrolle Süd, in mmHg, not as a ratio"
     assert len(heads) == 6
     assert f"{heads[-1]}: mean pressure " in text
     assert summary.header == ("group", "quantity", "change", "heart", "walls", "beds")

@@ -366,7 +366,7 @@ def _contrasts(
     over = {level: np.mean([at_cell[group, level] for group in groups], axis=0) for level in levels}
     base, *later = levels
     for level in later:
-        label = ContrastLabel(f"{second.name} {level}", f"{second.name} {base}", "factor")
+        label = ContrastLabel(second.titled(level), second.titled(base), "factor")
         yield Contrast(label, over[base], over[level])
     if design.interaction:
         for compared, level in product(compared_groups, later):

@@ -109,6 +109,10 @@ class Variable:
         days = {animal: date.fromisoformat(value).toordinal() for animal, value in self.values.items()}
         return {animal: float(day - min(days.values())) for animal, day in days.items()}
 
+    def titled(self, level: str) -> str:
+        """Return a level with the name of the column; of occasions, which `add` names so, the level alone."""
+        return level if self.name == "occasion" else f"{self.name} {level}"
+
     @property
     def levels(self) -> dict[str, str]:
         """The values as categories, numbers as people write them."""

@@ -15,8 +15,6 @@ from vasowave.study.entering.table import read_rows as read_rows
 from vasowave.study.entering.table import seen_from as seen_from
 from vasowave.study.entering.table import written_rows as written_rows
 from vasowave.study.entering.template import FOLDERS as FOLDERS
-from vasowave.study.entering.template import columns_table as columns_table
-from vasowave.study.entering.template import keys_table as keys_table
 from vasowave.study.entering.template import new_study as new_study
 from vasowave.study.entering.template import schema_text as schema_text
 from vasowave.study.entering.template import study_text as study_text

@@ -79,7 +79,7 @@ class Occasions:
         """Return the animals and their occasions in words."""
         names, counts = [*dict.fromkeys(self.subjects)], Counter(filter(None, self.levels))
         title = "" if self.column == "occasion" else f"{self.column} "
-        order = sorted(counts, key=_first_first)
+        order = sorted(counts, key=_by_time)
         occasions = listed([f"{title}{level} ({counts[level]})" for level in order])
         return f"{len(names)} animals ({some_of(names, _MAX_NAMES)}) with recordings at {occasions}"
 
@@ -104,7 +104,7 @@ def told_occasions(files: Sequence[Path], folder: Path, animals: Sequence[str]) 
     return min(filter(None, readings), key=lambda reading: not reading.clear, default=None)
 
 
-def _first_first(level: str) -> tuple[bool, int]:
+def _by_time(level: str) -> tuple[bool, int]:
     """Return by what occasions are put in their order: words for what comes first, then numbers by size."""
     return level not in BASELINE_WORDS, int(level) if level.isdecimal() else 0
 

@@ -167,33 +167,6 @@ def animals_text() -> str:
     return "\n".join(lines) + "\n"
 
 
-def keys_table() -> str:
-    """Return a table (Markdown) of every key of ``study.yaml``, for the documentation."""
-    lines = ["| key | default | meaning |", "|---|---|---|"]
-    for name, setting in settings_of(StudyFile).items():
-        if setting.section:
-            lines.append(f"| **`{name}`** | | {summary(setting.section)} |")
-            for key, inner in settings_of(setting.section).items():
-                lines.append(f"| `{name}.{key}` | {_default(inner)} | {inner.meaning} |")
-        else:
-            lines.append(f"| `{name}` | {_default(setting)} | {setting.meaning} |")
-    return "\n".join(lines) + "\n"
-
-
-def columns_table() -> str:
-    """Return a table (Markdown) of every column of ``animals.csv``, for the documentation."""
-    lines = ["| column | what it holds |", "|---|---|"]
-    lines += [
-        f"| `{title}`{' (needed)' if title in REQUIRED_COLUMNS else ''} | {column.meaning} |"
-        for title, column in COLUMNS.items()
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _default(setting: Setting) -> str:
-    return "empty" if setting.default is None else f"`{written(setting.default)}`"
-
-
 def _comment(text: str, indent: str) -> list[str]:
     return [f"{indent}# {line}" for line in wrap(text, _COMMENT_WIDTH)]
 

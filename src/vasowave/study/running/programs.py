@@ -46,7 +46,7 @@ def programs_of(study: str | Path) -> tuple[LawFile, ...]:
             then = _names(parsed(read_bytes(index))["settings"]["calibration"])
         except (InputError, ValueError, LookupError, TypeError):  # whoever reads the results says so
             then = []
-        remember(then, [path.parent])
+        remember(then, [path.parent, Path.cwd()])  # where a fit was made, its laws may lie
     return files_of((*now, *(law if "@" in law else law.replace(":", "@installed:", 1) for law in then)))
 
 
@@ -91,7 +91,8 @@ def trust_study(study: str | Path, programs: Sequence[LawFile] | None = None) ->
     """
     allowed = programs_of(study) if programs is None else programs
     for program in allowed:
-        allow(study_path(Path(study)).parent, program.source, program.path)
+        for folder in {study_path(Path(study)).parent.resolve(), Path(program.path).resolve().parent}:
+            allow(folder, program.source, program.path)
     return tuple(Path(program.path) for program in allowed)
 
 

@@ -66,7 +66,7 @@ def _differences(cohort: Cohort) -> list[tuple[str, dict[str, pd.DataFrame]]]:
     if reference is None:
         return []
     return [
-        (f"change of {short(changed.group)} less that of {short(reference.group)}, in mmHg, not as a ratio",
+        (f"Change of {short(changed.group)} less that of {short(reference.group)}, in mmHg, not as a ratio",
          {name: difference_of_changes(changed, reference, name) for name in _QUANTITIES})
         for changed in followed
         if changed is not reference

@@ -172,7 +172,7 @@ def _changes(cohort: Cohort, contrast: ContrastLabel, values: pd.Series) -> Mapp
             logs.setdefault(second.levels[str(name)], []).append(np.log(value))
     base, *later_levels = second.order
     # As factor, and as change.
-    called = {level: (f"{second.name} {level}", f"{level}/{base}") for level in later_levels}
+    called = {level: (second.titled(level), f"{level}/{base}") for level in later_levels}
     later = next((level for level, names in called.items() if {contrast.group, contrast.change} & {*names}), base)
     return {
         animal: float(np.exp(np.mean(logs[later]) - np.mean(logs[base])))
