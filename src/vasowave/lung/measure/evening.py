@@ -53,9 +53,7 @@ def evened_sections(sections: Profile, middle: float) -> Evened:
     error = float(np.std(residual)) / (float(np.std(sections.run)) * np.sqrt(samples))
     if at_middle <= 0:
         return Evened(sections, 0.0)
-    inflation = np.sqrt(
-        samples / max(samples - 2, MIN_FREEDOM)
-    )  # the line takes two of the samples that tell its error
+    inflation = np.sqrt(samples / max(samples - 2, MIN_FREEDOM))  # a line takes two of the samples
     taper, taper_sd = -slope / at_middle, error * inflation / at_middle
     slope *= max(0.0, 1 - (MIN_SLOPE_ERRORS * error / max(abs(slope), 1e-12)) ** 2)
     line = np.median(width - slope * sections.run) + slope * np.append(sections.run, middle)
