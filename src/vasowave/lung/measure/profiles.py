@@ -32,9 +32,9 @@ MIN_CLEAR_SHARE = 0.9
 ORDERS, OVAL = np.array([2, 3, 4, 5]), 1.5
 """Waves around a section; an axis a little beside the middle has none of them, an oval the first, and in the third so
 many times its square."""
-SECTIONS_PER_SAMPLE, MIN_SECTIONS, MIN_EVIDENCE = 3.0, 4, 2.0
+SECTIONS_PER_SAMPLE, MIN_SECTIONS, MIN_EVIDENCE = 3.0, 4, 4.0
 """Neighboring sections share their noise: so many count as one. Fewer than the second tell nothing of an outline, nor
-do waves whose square exceeds that of their noise by less than the third."""
+do waves whose square is less than so many times that of their noise, as in 99 of 100 round vessels."""
 MIN_COPIES = 4
 """Fewer copies that lie clear of all vessels say nothing."""
 Beside = Callable[[Line, np.ndarray, float, Volume, Line], float]
