@@ -164,9 +164,9 @@ def _rugged(levels: np.ndarray, grid: np.ndarray, turns: np.ndarray) -> float:
     sections = levels @ waves * np.exp(-1j * np.outer(turns, ORDERS)) / max(2 * float((levels @ square).mean()), 1e-12)
     mean = sections.mean(axis=0)
     mean[2] -= OVAL * mean[0] ** 2
-    square_mean = float((np.abs(mean[1:]) ** 2).sum())
-    noise = float(sections[:, 1:].var(axis=0).sum()) * SECTIONS_PER_SAMPLE / len(sections)
-    return float(np.sqrt(square_mean - noise)) if square_mean > MIN_EVIDENCE * noise else 0.0
+    squares, noise = np.abs(mean) ** 2, sections.var(axis=0) * SECTIONS_PER_SAMPLE / len(sections)
+    is_seen = squares.sum() > MIN_EVIDENCE * noise.sum()  # that it is no circle; what makes it no oval may be little
+    return float(np.sqrt(max((squares - noise)[1:].sum(), 0.0))) if is_seen else 0.0
 
 
 def _slope(above: np.ndarray, valid: np.ndarray, bins: np.ndarray, width: float) -> float:
