@@ -265,6 +265,8 @@ FAULTS = [
         "lung/measure/profiles.py",
         (("foreign |= in_tube(", "foreign &= in_tube("),),
     ),
+    Fault("ovals have rims", "lung/measure/profiles.py", (("OVAL * mean[0] ** 2", "0 * mean[0] ** 2"),)),
+    Fault("a line takes no samples", "lung/measure/evening.py", (("max(samples - 2, MIN_FREEDOM)", "samples"),)),
     Fault(
         "tubes' radii count within sisters",
         "lung/measure/measurement.py",

@@ -175,6 +175,14 @@ def test_a_thin_rim_along_half_or_all_of_a_vessel_makes_its_radius_uncertain_and
     assert measured.grey.edge is None
 
 
+def test_a_clot_in_the_middle_of_a_vessel_makes_its_radius_uncertain():
+    z, y, x = np.indices(SIZE)
+    clot = (np.hypot(y - 42.0, x - 42.0) < 0.45 * RADII[1]) & (z > 22) & (z < 38)
+    measured, _, _ = seen(noisy(drawn() - 0.75 * CONTRAST * ndimage.gaussian_filter(clot.astype(float), 0.8)))
+    assert (measured.grey.uneven > 0).tolist() == [False, True]
+    assert (np.abs(off(measured)) * measured.network.radius < 2 * measured.grey.sd).all()
+
+
 def test_an_oval_vessel_beside_its_axis_has_no_rim():
     _, y, x = np.indices(SIZE)
     oval = np.clip(0.5 - (np.hypot((y - 17.3) / 8.0, (x - 17.0) / 6.0) - 1) * 7, 0, 1)

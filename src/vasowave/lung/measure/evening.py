@@ -18,6 +18,8 @@ MIN_UNEVEN = 0.045
 MIN_RUGGED, RUGGED_ERROR = 0.011, 4.0
 """An outline with larger waves is one of a lumen with a rim or a clot (round ones show 0 to 0.008), whose radius is off
 by so many times the waves: thin half-moons of calcium by 3 to 6."""
+MIN_MIXED, MIN_MIXED_RATIO = 0.07, 4.0
+"""A middle whose level scatters along the vessel by this share, and by so many times what is usual, holds a clot."""
 PRIOR_SECTIONS = 6.0
 """The scatter that noise alone explains weighs as much as that of so many independent sections."""
 
@@ -53,9 +55,7 @@ def evened_sections(sections: Profile, middle: float) -> Evened:
     error = float(np.std(residual)) / (float(np.std(sections.run)) * np.sqrt(samples))
     if at_middle <= 0:
         return Evened(sections, 0.0)
-    inflation = np.sqrt(
-        samples / max(samples - 2, MIN_FREEDOM)
-    )  # the line takes two of the samples that tell its error
+    inflation = np.sqrt(samples / max(samples - 2, MIN_FREEDOM))  # a line takes two of the samples
     taper, taper_sd = -slope / at_middle, error * inflation / at_middle
     slope *= max(0.0, 1 - (MIN_SLOPE_ERRORS * error / max(abs(slope), 1e-12)) ** 2)
     line = np.median(width - slope * sections.run) + slope * np.append(sections.run, middle)
@@ -97,17 +97,26 @@ def moderated(profiles: Sequence[Profile | None], noise_beside: np.ndarray) -> n
 
 
 def unevenness(profiles: Sequence[Profile | None]) -> np.ndarray:
-    """Return by what share the areas of each vessel's sections differ along it, or its outline is one of no tube.
+    """Return by what share the areas of each vessel's sections differ along it, or their middles do, or its outline is
+    off a tube's; shape (vessel,).
 
-    0 without sections, and where the scatter that noise of all vessels explains leaves little of it; shape (vessel,).
+    0 without sections, and where noise explains them: that of all vessels, by the scatter that is usual.
     """
     deviation, noise = _scatter(profiles)
     mean = np.array([np.nan if sections is None else float(np.mean(sections.signal)) for sections in profiles])
     usual = float(np.nanmedian(deviation / noise)) * noise if np.isfinite(deviation).any() else deviation
     share = np.sqrt(np.maximum(deviation**2 - usual**2, 0.0)) / np.maximum(mean, 1e-12)
-    rugged = np.array([0.0 if sections is None else sections.rugged for sections in profiles])
+    along = np.where(share > MIN_UNEVEN, share, 0.0)
+    pairs = [(0.0, 0.0) if sections is None else (sections.rugged, _mixed(sections)) for sections in profiles]
+    rugged, mixed = np.array(pairs).reshape(-1, 2).T
     around = np.where(rugged > MIN_RUGGED, RUGGED_ERROR * rugged, 0.0)
-    return np.fmax(np.where(share > MIN_UNEVEN, share, 0.0), around)
+    within = np.where(mixed > max(MIN_MIXED, MIN_MIXED_RATIO * float(np.median(mixed))), mixed, 0.0)
+    return np.asarray(np.max([along, around, within], axis=0))
+
+
+def _mixed(sections: Profile) -> float:
+    """Return by what share the level in the middle of the sections scatters."""
+    return float(np.std(sections.plateau) / max(np.median(sections.plateau), 1e-12))
 
 
 def _scatter(profiles: Sequence[Profile | None]) -> tuple[np.ndarray, np.ndarray]:

@@ -32,9 +32,9 @@ MIN_CLEAR_SHARE = 0.9
 ORDERS, OVAL = np.array([2, 3, 4, 5]), 1.5
 """Waves around a section; an axis a little beside the middle has none of them, an oval the first, and in the third so
 many times its square."""
-SECTIONS_PER_SAMPLE, MIN_SECTIONS, MIN_EVIDENCE = 3.0, 4, 2.0
+SECTIONS_PER_SAMPLE, MIN_SECTIONS, MIN_EVIDENCE = 3.0, 4, 4.0
 """Neighboring sections share their noise: so many count as one. Fewer than the second tell nothing of an outline, nor
-do waves whose square exceeds that of their noise by less than the third."""
+do waves whose square is less than so many times that of their noise, as in 99 of 100 round vessels."""
 MIN_COPIES = 4
 """Fewer copies that lie clear of all vessels say nothing."""
 Beside = Callable[[Line, np.ndarray, float, Volume, Line], float]
@@ -164,9 +164,9 @@ def _rugged(levels: np.ndarray, grid: np.ndarray, turns: np.ndarray) -> float:
     sections = levels @ waves * np.exp(-1j * np.outer(turns, ORDERS)) / max(2 * float((levels @ square).mean()), 1e-12)
     mean = sections.mean(axis=0)
     mean[2] -= OVAL * mean[0] ** 2
-    square_mean = float((np.abs(mean[1:]) ** 2).sum())
-    noise = float(sections[:, 1:].var(axis=0).sum()) * SECTIONS_PER_SAMPLE / len(sections)
-    return float(np.sqrt(square_mean - noise)) if square_mean > MIN_EVIDENCE * noise else 0.0
+    squares, noise = np.abs(mean) ** 2, sections.var(axis=0) * SECTIONS_PER_SAMPLE / len(sections)
+    is_seen = squares.sum() > MIN_EVIDENCE * noise.sum()  # that it is no circle; what makes it no oval may be little
+    return float(np.sqrt(max((squares - noise)[1:].sum(), 0.0))) if is_seen else 0.0
 
 
 def _slope(above: np.ndarray, valid: np.ndarray, bins: np.ndarray, width: float) -> float:

@@ -52,8 +52,7 @@ class Densitometry:
     edge : Edge, optional
         What stands beside the lumen of all vessels.
     uneven : float array
-        By what share the areas of its sections differ along the vessel beyond noise, or its outline is off a tube's; 0
-        where they do not.
+        By what share the sections of a vessel differ beyond noise, or its outline is off a tube's; 0 where they do not.
     hidden_wall : float
         By what share walls too thin to be told from blur may widen all radii.
     """

@@ -86,9 +86,9 @@ NOT_ROUND = doubt_kind(
 UNEVEN_WIDTH = doubt_kind(
     "witness.uneven-width",
     Grade.LOOK,
-    f"{_VESSELS}the areas of the sections differ along the vessel, or their outline is neither round nor oval, as with "
-    "a rim of calcium, a clot, a narrow place or a neighbor; the radius is known to {share:.0%} (1 SD) at best: "
-    "{remedy}",
+    f"{_VESSELS}areas or levels of the sections differ along the vessel, or their outline is neither round nor oval, "
+    "as with a rim of calcium, a clot, a narrow place or a neighbor; the radius is known to {share:.0%} (1 SD) at "
+    "best: {remedy}",
     "look along the vessel, and give a mask without what is no lumen",
 )
 PARTLY_FILLED = doubt_kind(
