@@ -21,10 +21,10 @@ from vasowave.catheter.beats.rejection import (
     cause,
     choose_run,
     lost_in_run,
-    made_do,
     mark_settling,
     mark_steps,
-    passed_over,
+    relax_criteria,
+    relaxation_findings,
     summarize,
     unusual_beats,
 )
@@ -116,7 +116,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     of_length = np.array([reason is not None and cause(reason) == "length" for reason in reasons])
     clocks = clocks_apart(cut, ~of_length, heartbeats.fiducial == "ecg")
     good = reasons.count(None)
-    reasons, over = made_do(reasons, options.beats)
+    reasons, over = relax_criteria(reasons, options.beats)
     good_beats = np.array([reason is None for reason in reasons])
     levels = None if options.reject_ventilation and not over else _breathing_levels(prepared, baseline, good_beats)
     used, run = choose_run(reasons, len(reasons) if "length" in over else options.beats, raw.source, clocks, levels)
@@ -153,7 +153,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
         *unsteady(cut.chosen(shaped), np.isin(np.flatnonzero(shaped), used), good_beats[shaped], first, last),
         *saturated(raw, prepared.plateaus, period), *expiration.findings, *expiration.compared(*means), *prepared.signs,
         *odd_values(cycles[0], cycles[1], period, raw.site), *lost_in_run(reasons, run, len(used)),
-        *clocks, *unusual, *passed_over(over, good, len(used), expiration.error),
+        *clocks, *unusual, *relaxation_findings(over, good, len(used), expiration.error),
     ]  # fmt: skip
     errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]
     mean_errors = (baseline.error_left(first, last), expiration.error, moves[0])

@@ -11,7 +11,7 @@ from vasowave.pulse.calibration import (
     CorrectedNetwork,
     ParameterLimits,
     compared_part,
-    led,
+    descend,
     linear_optimum,
     linear_spectra,
     parameter_space,
@@ -75,7 +75,7 @@ def test_places_are_led_to_the_minimum_of_a_function_that_is_known_and_stop_at_b
     target = np.log(space.nominal[space.free]) + np.array([0.3, -0.2, 0.1, 0.0])
     target[3] = high[3] + 0.5
     starts = np.clip(target + np.random.default_rng(4).uniform(-0.5, 0.5, (6, 4)), low + 0.1, high - 0.1)
-    ends = led(lambda _, x: x - target, coordinates, starts, 1e6)
+    ends = descend(lambda _, x: x - target, coordinates, starts, 1e6)
     assert ends.end.tolist() == [0] * 6
     assert np.allclose(ends.x[0], np.minimum(target, high), atol=1e-4)
 

@@ -7,12 +7,12 @@ import pytest
 
 from vasowave.pulse.cycle import Recording
 from vasowave.pulse.examples import control_network
-from vasowave.pulse.inference import KnownErrors, Seen, kinds
+from vasowave.pulse.inference import KnownErrors, Observed, kinds
 from vasowave.pulse.model import Blood
 
 SHARE = np.arange(64) / 64
 CYCLE = Recording(16 + 5 * np.sin(2 * np.pi * SHARE), 0.2 + 0.1 * np.cos(2 * np.pi * SHARE), 0.11)
-SEEN = Seen(control_network(), CYCLE, Blood())
+SEEN = Observed(control_network(), CYCLE, Blood())
 
 
 def without(name, value):

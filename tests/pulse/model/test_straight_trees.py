@@ -15,7 +15,7 @@ from vasowave.pulse.calibration import (
     CorrectedNetwork,
     ParameterLimits,
     compared_part,
-    led,
+    descend,
     linear_spectra,
     parameter_space,
 )
@@ -127,7 +127,7 @@ def test_starts_that_are_looked_at_together_go_where_each_alone_goes(bed, viscou
     start = np.clip(nominal_place + np.random.default_rng(7).uniform(-0.4, 0.4, len(nominal_place)), *space.log_bounds)
     coordinates = Coordinates(space, mouse.mean_pressure)
     network_alone = CorrectedNetwork(coordinates, linear_spectra(space, compared), 0.0)
-    (place,) = led(network_alone.residuals, coordinates, start[np.newaxis], 1e6).x
+    (place,) = descend(network_alone.residuals, coordinates, start[np.newaxis], 1e6).x
 
     def missed(x):
         solution = linear_solution(space.model(space.values(x)), mouse.inflow, 12)

@@ -8,7 +8,7 @@ import pytest
 import vasowave as vw
 from made_cohort import EXACT
 from vasowave.pulse import derived
-from vasowave.pulse.inference import Seen, columns, kinds
+from vasowave.pulse.inference import Observed, columns, kinds
 from vasowave.study.animal import Animal, AnimalResult, Settings, analyze, effects_on_fit
 from vasowave.study.folder import COLUMNS, StudyFile, animal_settings
 
@@ -38,12 +38,12 @@ def quantities(values, model, mean):
 
 @pytest.fixture(scope="module")
 def fit():
-    return fitted(Seen(NETWORK, MOUSE, vw.Blood()))
+    return fitted(Observed(NETWORK, MOUSE, vw.Blood()))
 
 
 @pytest.fixture(scope="module")
 def effects(fit):
-    by_pressure = fitted(Seen(NETWORK, MOUSE, vw.Blood()), "pressure")
+    by_pressure = fitted(Observed(NETWORK, MOUSE, vw.Blood()), "pressure")
     return {
         "flow": effects_on_fit(fit, SETTINGS, quantities).errors,
         "pressure": effects_on_fit(by_pressure, replace(SETTINGS, enters="pressure"), quantities).errors,
@@ -56,7 +56,7 @@ def effects(fit):
     + [pytest.param(name, "pressure", marks=() if name in BY_PRESSURE else pytest.mark.validation) for name in ALL],
 )
 def test_what_an_error_moves_in_a_fit_is_what_a_fit_without_it_finds_elsewhere(effects, name, enters):
-    one, seen = kinds()[name], Seen(NETWORK, MOUSE, vw.Blood())
+    one, seen = kinds()[name], Observed(NETWORK, MOUSE, vw.Blood())
     found, share = {}, 0.2  # of an SD, so that slopes hold
     for side in (-share, share):
         value = one.center(seen) * np.exp(side * ALL[name]) if one.positive else one.center(seen) + side * ALL[name]
@@ -129,7 +129,7 @@ def test_the_papers_practice_assumes_no_error_that_the_lab_does_not_tell():
     "name", ["flow_gain", "radius_scale", pytest.param("image_pressure", marks=pytest.mark.validation)]
 )
 def test_what_an_error_moves_in_the_reflection_is_what_a_fit_without_it_finds_elsewhere(effects, name):
-    one, seen, found = kinds()[name], Seen(NETWORK, MOUSE, vw.Blood()), []
+    one, seen, found = kinds()[name], Observed(NETWORK, MOUSE, vw.Blood()), []
     for side in (-0.2, 0.2):
         again = fitted(one.without(seen, one.center(seen) * np.exp(side * ALL[name])))
         found.append(float(again.result.laws["linear"].quantities["I_R"]))
@@ -143,7 +143,7 @@ def test_what_a_taper_moves_is_what_a_fit_of_straight_vessels_gets_wrong(fit):
     for shape in (vw.Shape(), vw.Shape.falling(np.full(3, fall))):
         waves = vw.simulate(replace(fit.model, shape=shape), MOUSE.inflow, vw.Numerics(samples=512))
         pressure = waves["pressure"].to_numpy()[:, 0, 0]
-        again = fitted(Seen(NETWORK, replace(MOUSE, pressure=pressure), vw.Blood()))
+        again = fitted(Observed(NETWORK, replace(MOUSE, pressure=pressure), vw.Blood()))
         found[shape.changes.any()] = derived(again.model, MOUSE.mean_pressure)
     effects = effects_on_fit(fit, replace(SETTINGS, taper_sd=fall), quantities).errors
     for quantity in ("stiffness", "wave_speed", "R_T"):
@@ -170,7 +170,7 @@ def test_every_error_is_a_key_of_the_study_a_column_of_its_table_and_a_prior():
 
 
 def test_a_delayed_flow_comes_back_by_its_delay():
-    later = kinds()["flow_delay"].without(Seen(NETWORK, MOUSE, vw.Blood()), 0.25 * MOUSE.period).recording
+    later = kinds()["flow_delay"].without(Observed(NETWORK, MOUSE, vw.Blood()), 0.25 * MOUSE.period).recording
     count = len(MOUSE.flow)
     np.testing.assert_allclose(later.flow, np.roll(MOUSE.flow, -count // 4), atol=0.01)
 

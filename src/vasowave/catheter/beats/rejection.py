@@ -127,7 +127,7 @@ def fewest(beats: int) -> int:
     return max(2, int(np.ceil(_MIN_BEAT_SHARE * beats)))
 
 
-def made_do(reasons: list[Rejection], beats: int) -> tuple[list[Rejection], set[str]]:
+def relax_criteria(reasons: list[Rejection], beats: int) -> tuple[list[Rejection], set[str]]:
     """Return reasons that leave enough beats, and which causes were passed over: the breath, or length and shape, too.
 
     Of beats that are unlike more often in shape than in length none are let in: that is no rhythm.
@@ -153,7 +153,7 @@ _FEW_GOOD: tuple[Cure, ...] = (
 )
 
 
-def passed_over(over: set[str], good: int, beats: int, error: float) -> list[Finding]:
+def relaxation_findings(over: set[str], good: int, beats: int, error: float) -> list[Finding]:
     """Return what is said where causes were passed over as only so many beats are good; error of the mean, mmHg."""
     if "length" in over:
         return [OVER_RHYTHM(good=good, beats=beats)]

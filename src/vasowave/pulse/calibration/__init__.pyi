@@ -3,7 +3,7 @@
 from vasowave.pulse.calibration.compared import compared_part as compared_part
 from vasowave.pulse.calibration.compared import sites_of as sites_of
 from vasowave.pulse.calibration.coordinates import Coordinates as Coordinates
-from vasowave.pulse.calibration.descent import led as led
+from vasowave.pulse.calibration.descent import descend as descend
 from vasowave.pulse.calibration.fitting import Fitting as Fitting
 from vasowave.pulse.calibration.fitting import Search as Search
 from vasowave.pulse.calibration.fitting import calibrate as calibrate

@@ -52,7 +52,7 @@ Residuals = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Of coordinates and of the same places in logarithms, shapes (place, free); returns shape (place, row)."""
 
 
-class Led(NamedTuple):
+class Descent(NamedTuple):
     """Where places were led.
 
     Attributes
@@ -73,7 +73,7 @@ class Led(NamedTuple):
     end: np.ndarray
 
 
-def led(residuals: Residuals, coordinates: Coordinates, starts: np.ndarray, limit: float) -> Led:
+def descend(residuals: Residuals, coordinates: Coordinates, starts: np.ndarray, limit: float) -> Descent:
     """Return where places, as logarithms, shape (place, free), are led; a sum of squares above `limit` is none."""
     low, high = coordinates.log_bounds
     inside = RULES.inside * (high - low)
@@ -182,12 +182,12 @@ def _met(z: np.ndarray, S: np.ndarray, moving: np.ndarray, leader: np.ndarray) -
     return np.array(sorted(going), dtype=int)
 
 
-def _ends(x: np.ndarray, z: np.ndarray, S: np.ndarray, leader: np.ndarray) -> Led:
+def _ends(x: np.ndarray, z: np.ndarray, S: np.ndarray, leader: np.ndarray) -> Descent:
     rows = np.unique(leader[leader >= 0])
     rows = _met(z, S, rows, leader)
     rows = rows[np.argsort(S[rows], kind="stable")]
     number = {int(row): place for place, row in enumerate(rows)}
-    return Led(x[rows], z[rows], S[rows], np.array([number.get(int(row), -1) for row in leader]))
+    return Descent(x[rows], z[rows], S[rows], np.array([number.get(int(row), -1) for row in leader]))
 
 
 def _held(by_x: np.ndarray, x: np.ndarray, f: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

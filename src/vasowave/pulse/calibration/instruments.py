@@ -19,7 +19,7 @@ from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.objective import Objective
 from vasowave.pulse.calibration.optimization import SearchEnd
 from vasowave.pulse.calibration.parameters import IMPOSSIBLE_ERRORS, ParameterSpace
-from vasowave.pulse.calibration.response_search import led
+from vasowave.pulse.calibration.response_search import response_of_linear_network
 from vasowave.pulse.model.linear import linear_solution
 
 
@@ -179,7 +179,7 @@ def _told(
 def _simulated(objective: Objective, best: SearchEnd, start: np.ndarray, count: int) -> Lagged:
     """Return the fit of the simulation with a filter of the pressure; without one where no such fit can be."""
     unit = objective.compared.recording.period / (2 * np.pi)
-    place = led(objective, best, start, {"pressure_lag"})
+    place = response_of_linear_network(objective, best, start, {"pressure_lag"})
     behind, again = (objective, best) if place is None else place[:2]
     spectrum = _real(_harmonics(again.residual[: objective.compared.samples], count))
     return Lagged(again.x, behind.compared.response[0] / unit, float(spectrum @ spectrum))

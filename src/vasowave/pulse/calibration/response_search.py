@@ -16,7 +16,7 @@ import numpy as np
 from vasowave.base.errors import NumericalError
 from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.coordinates import Coordinates
-from vasowave.pulse.calibration.descent import Led
+from vasowave.pulse.calibration.descent import Descent
 from vasowave.pulse.calibration.linear_tree import spectrum_of
 from vasowave.pulse.calibration.objective import Objective
 from vasowave.pulse.calibration.optimization import SearchEnd, search
@@ -92,7 +92,7 @@ def fit_response(
     """
     units = _units(priors)
     plain = HeldResponse(objective, best, np.zeros(len(units)))
-    reached, place = [plain], led(objective, best, start, priors)
+    reached, place = [plain], response_of_linear_network(objective, best, start, priors)
     for begin in (plain,) if place is None else (place.by(units), plain):
         reached += _followed(begin, units, method)
         likeliest = min(reached, key=lambda place: place.unlikely)
@@ -113,7 +113,9 @@ def _followed(place: HeldResponse, units: np.ndarray, method: str) -> Iterator[H
             break
 
 
-def led(objective: Objective, best: SearchEnd, start: np.ndarray, names: Collection[str]) -> HeldResponse | None:
+def response_of_linear_network(
+    objective: Objective, best: SearchEnd, start: np.ndarray, names: Collection[str]
+) -> HeldResponse | None:
     """Return where the corrected linear network leads parameters and the numbers of a response that have names.
 
     It assumes little of these: SD of `ResponseRules.spread`. None where nothing can be said.
@@ -260,7 +262,7 @@ class ResponseValleys(Valleys):
             floors = self._lead(np.vstack([floors.x, self.best.x]))
         return len(self.simulated) + len(self.failed) > count
 
-    def _lead(self, places: np.ndarray) -> Led:
+    def _lead(self, places: np.ndarray) -> Descent:
         """Lead by a prior that adds to S, and put in order by the likelihood."""
         floors = super()._lead(places)
         distance = (floors.x[:, self.guide.coordinates.free :] ** 2).sum(axis=1)

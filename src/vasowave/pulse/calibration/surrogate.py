@@ -11,7 +11,7 @@ import numpy as np
 
 from vasowave.pulse.calibration.compared import Compared
 from vasowave.pulse.calibration.coordinates import Coordinates
-from vasowave.pulse.calibration.descent import led
+from vasowave.pulse.calibration.descent import descend
 from vasowave.pulse.calibration.linear_tree import Batch, linear_spectra
 from vasowave.pulse.calibration.parameters import ParameterSpace
 
@@ -154,7 +154,7 @@ def linear_optimum(space: ParameterSpace, compared: Compared) -> np.ndarray:
     """Return the logarithms of the free parameters to which the linear network alone leads the nominal ones."""
     nominal = np.log(space.nominal[space.free])
     coordinates, linear = Coordinates(space, compared.recording.mean_pressure), linear_spectra(space, compared)
-    floors = led(
+    floors = descend(
         CorrectedNetwork(coordinates, linear, 0.0).residuals, coordinates, nominal[np.newaxis], RULES.failed_residual**2
     )
     return floors.x[0] if len(floors.x) else nominal

@@ -12,7 +12,7 @@ import numpy as np
 
 from vasowave.base.errors import NumericalError
 from vasowave.pulse.calibration.coordinates import Coordinates
-from vasowave.pulse.calibration.descent import Led, led
+from vasowave.pulse.calibration.descent import Descent, descend
 from vasowave.pulse.calibration.linear_tree import linear_spectra, spectrum_of
 from vasowave.pulse.calibration.objective import Objective
 from vasowave.pulse.calibration.optimization import ROUGH_TOLERANCE, SAME_OPTIMUM_SHARE, SearchEnd
@@ -76,7 +76,7 @@ class Valleys:
     simulated : list of Simulated
     failed : list of array, shape (free,)
         Coordinates where nothing could be simulated.
-    floors : Led or None
+    floors : Descent or None
         Where the starts are led now.
     rules : ValleyRules
     """
@@ -85,7 +85,7 @@ class Valleys:
     starts: np.ndarray
     simulated: list[Simulated] = field(default_factory=list)
     failed: list[np.ndarray] = field(default_factory=list)
-    floors: Led | None = None
+    floors: Descent | None = None
     rules: ValleyRules = RULES
 
     def __post_init__(self) -> None:
@@ -120,7 +120,7 @@ class Valleys:
             floors = self._deepened(floors, number, progress)
         self.floors = floors
 
-    def _deepened(self, floors: Led, number: int, progress: Callable[[float], None]) -> Led:
+    def _deepened(self, floors: Descent, number: int, progress: Callable[[float], None]) -> Descent:
         """Simulate a floor; return where all of them lie then."""
         self._simulate(floors.x[number], floors.z[number])
         best = [self.best.x[np.newaxis]] if self.simulated else []
@@ -129,10 +129,10 @@ class Valleys:
             progress(self.best.S)
         return again._replace(end=np.where(floors.end < 0, -1, again.end[floors.end]))
 
-    def _lead(self, places: np.ndarray) -> Led:
-        return led(self.guide.residuals, self.coordinates, places, SURROGATE.failed_residual**2)
+    def _lead(self, places: np.ndarray) -> Descent:
+        return descend(self.guide.residuals, self.coordinates, places, SURROGATE.failed_residual**2)
 
-    def _promising(self, floors: Led, otherwise: int | None = None) -> int | None:
+    def _promising(self, floors: Descent, otherwise: int | None = None) -> int | None:
         """Return the lowest floor that promises less than the best simulation; another number where none does."""
         if not len(floors.x):
             return None
@@ -146,7 +146,7 @@ class Valleys:
         promises = doubtful | ((best - floors.S > ROUGH_TOLERANCE * best) & (away > self.rules.same))
         return int(np.argmax(promises)) if promises.any() else otherwise
 
-    def _unseen(self, floors: Led) -> int | None:
+    def _unseen(self, floors: Descent) -> int | None:
         """Return a floor that no simulation speaks for, None where there is none."""
         unseen = self._distances(floors.z, failed=True) > self.rules.reach
         return int(np.argmax(unseen)) if unseen.any() else None
@@ -198,7 +198,7 @@ class Valleys:
                 counted.add(id(place))
         return ends
 
-    def _is_as_deep(self, floors: Led, floor: int) -> bool:
+    def _is_as_deep(self, floors: Descent, floor: int) -> bool:
         """Whether a floor is as deep as the best simulation, in spite of the doubt that is left of the correction."""
         deviation = self.guide.deviation(floors.z[floor : floor + 1])[0]
         highest = (np.sqrt(floors.S[floor]) + self.rules.doubt * deviation) ** 2

@@ -15,7 +15,7 @@ from vasowave.pulse.inference.ensemble import log_integral as log_integral
 from vasowave.pulse.inference.ensemble import sample as sample
 from vasowave.pulse.inference.known_errors import SOURCES as SOURCES
 from vasowave.pulse.inference.known_errors import KnownErrors as KnownErrors
-from vasowave.pulse.inference.known_errors import Seen as Seen
+from vasowave.pulse.inference.known_errors import Observed as Observed
 from vasowave.pulse.inference.known_errors import columns as columns
 from vasowave.pulse.inference.known_errors import kinds as kinds
 from vasowave.pulse.inference.laws import compare_laws as compare_laws

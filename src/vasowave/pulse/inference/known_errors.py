@@ -29,7 +29,7 @@ SOURCES = ("recording", *reversed(SHARED_SOURCES), "model", "prior")
 probe; geometry; discrepancy and structure; parameters that the data leave where they were."""
 
 
-class Seen(NamedTuple):
+class Observed(NamedTuple):
     """What was measured of an animal; and the lag, s, that its pressure had before it was undone."""
 
     network: Network
@@ -70,8 +70,8 @@ class ErrorKind:
     usual: float
     source: str
     positive: bool
-    without: Callable[[Seen, float], Seen]
-    center: Callable[[Seen], float]
+    without: Callable[[Observed, float], Observed]
+    center: Callable[[Observed], float]
     single: Callable[[Network], bool] = lambda _: False
     of_image: Callable[[Network], float | None] = lambda _: None
     common: Callable[[Network], float] = lambda _: 0.0
@@ -112,55 +112,55 @@ class AssumedError(NamedTuple):
         return _WORDS[self.name].format(sd=self.sd, percent=100 * self.sd)
 
 
-def _one(_: Seen) -> float:
+def _one(_: Observed) -> float:
     return 1.0
 
 
-def _none(_: Seen) -> float:
+def _none(_: Observed) -> float:
     return 0.0
 
 
-def _wider(observed: Seen, factor: float) -> Seen:
+def _wider(observed: Observed, factor: float) -> Observed:
     return observed._replace(network=observed.network.resized(radius=observed.network.radius * factor))
 
 
-def _longer(observed: Seen, factor: float) -> Seen:
+def _longer(observed: Observed, factor: float) -> Observed:
     return observed._replace(network=observed.network.resized(length=observed.network.length * factor))
 
 
-def _filled(observed: Seen, pressure: float) -> Seen:
+def _filled(observed: Observed, pressure: float) -> Observed:
     return observed._replace(network=observed.network.resized(pressure=pressure))
 
 
-def _more_flow(observed: Seen, factor: float) -> Seen:
+def _more_flow(observed: Observed, factor: float) -> Observed:
     return observed._replace(recording=replace(observed.recording, flow=observed.recording.flow * factor))
 
 
-def _later_flow(observed: Seen, delay: float) -> Seen:
+def _later_flow(observed: Observed, delay: float) -> Observed:
     """Return what was seen with its flow as late as it was in truth: the probe showed it `delay` too late."""
     flow, period = observed.recording.flow, observed.recording.period
     turned = np.fft.rfft(flow) * np.exp(2j * np.pi * np.arange(len(flow) // 2 + 1) * delay / period)
     return observed._replace(recording=replace(observed.recording, flow=np.fft.irfft(turned, len(flow))))
 
 
-def _lower_flow(observed: Seen, zero: float) -> Seen:
+def _lower_flow(observed: Observed, zero: float) -> Observed:
     return observed._replace(recording=replace(observed.recording, flow=observed.recording.flow - zero))
 
 
-def _sooner_pressure(observed: Seen, lag: float) -> Seen:
+def _sooner_pressure(observed: Observed, lag: float) -> Observed:
     return _passed(observed, "pressure", (lag, 0.0))._replace(lag=lag)
 
 
-def _sooner_flow(observed: Seen, lag: float) -> Seen:
+def _sooner_flow(observed: Observed, lag: float) -> Observed:
     return _passed(observed, "flow", (lag, 0.0))
 
 
-def _calmer_pressure(observed: Seen, inertia: float) -> Seen:
+def _calmer_pressure(observed: Observed, inertia: float) -> Observed:
     """Return what was seen without inertia; the lag of the same response may have been undone before."""
     return _passed(observed, "pressure", (observed.lag, inertia), observed.lag)
 
 
-def _passed(observed: Seen, signal: str, response: tuple[float, float], undone: float = 0.0) -> Seen:
+def _passed(observed: Observed, signal: str, response: tuple[float, float], undone: float = 0.0) -> Observed:
     """Return a signal without a response whose lag was `undone`, up to the last harmonic that carries signal."""
     values, period = getattr(observed.recording, signal), observed.recording.period
     counted = np.minimum(np.arange(len(values) // 2 + 1), harmonic_errors(observed.recording, signal).with_signal)
@@ -169,15 +169,15 @@ def _passed(observed: Seen, signal: str, response: tuple[float, float], undone: 
     return observed._replace(recording=replace(observed.recording, **changed))
 
 
-def _lower_pressure(observed: Seen, zero: float) -> Seen:
+def _lower_pressure(observed: Observed, zero: float) -> Observed:
     return observed._replace(recording=replace(observed.recording, pressure=observed.recording.pressure - zero))
 
 
-def _more_pressure(observed: Seen, factor: float) -> Seen:
+def _more_pressure(observed: Observed, factor: float) -> Observed:
     return observed._replace(recording=replace(observed.recording, pressure=observed.recording.pressure * factor))
 
 
-def _thicker(observed: Seen, factor: float) -> Seen:
+def _thicker(observed: Observed, factor: float) -> Observed:
     return observed._replace(blood=replace(observed.blood, viscosity=observed.blood.viscosity * float(factor)))
 
 
@@ -207,7 +207,7 @@ def _of_tapers(network: Network) -> float | None:
     return float(np.sqrt(np.mean((_TAPER_FACTOR_SD * falls) ** 2 + errors**2)))
 
 
-def _same(observed: Seen, _: float) -> Seen:
+def _same(observed: Observed, _: float) -> Observed:
     return observed
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from vasowave.base.errors import InputError
 from vasowave.pulse.calibration.parameters import ParameterSpace
 from vasowave.pulse.cycle.cycle import Recording
-from vasowave.pulse.inference.known_errors import Seen, kinds
+from vasowave.pulse.inference.known_errors import Observed, kinds
 from vasowave.pulse.inference.priors import Priors
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.names import ParameterName, joined, resolved
@@ -149,10 +149,10 @@ class Unknowns:
         return scores
 
     @cached_property
-    def _seen(self) -> Seen:
+    def _seen(self) -> Observed:
         network = self.network.resized()
         _ = network.terminals, network.generations  # once for all networks that are made of it
-        return Seen(network, self.recording, self.space.blood)
+        return Observed(network, self.recording, self.space.blood)
 
     def model(self, scores: np.ndarray) -> Model:
         """Return the model at scores of shape (unknown,)."""

@@ -14,7 +14,7 @@ from vasowave.pulse.analysis.operating import operating_point
 from vasowave.pulse.analysis.waves import wave_intensity
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Recording
-from vasowave.pulse.inference.known_errors import Seen, kinds
+from vasowave.pulse.inference.known_errors import Observed, kinds
 from vasowave.pulse.inference.priors import Priors
 from vasowave.pulse.inference.problem import Problem
 from vasowave.pulse.inference.sampling import Sampling, problem_of
@@ -39,13 +39,13 @@ Derive = Callable[[Mapping[str, float], Model, float], dict[str, float]]
 
 
 def effects_on_measured(
-    observed: Seen, spreads: Mapping[str, float], quantities: Callable[[Seen], dict[str, float]]
+    observed: Observed, spreads: Mapping[str, float], quantities: Callable[[Observed], dict[str, float]]
 ) -> pd.DataFrame:
     """Return what one SD of each error moves in the logarithm of what the recording alone says.
 
     Parameters
     ----------
-    observed : Seen
+    observed : Observed
     spreads : mapping of str to float
         SD of the errors, by unknown.
     quantities : callable

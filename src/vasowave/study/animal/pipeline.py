@@ -20,7 +20,7 @@ from vasowave.pulse.analysis.ventricle_coupling import coupled
 from vasowave.pulse.calibration.fitting import calibrate
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.calibration.starts import SearchCache
-from vasowave.pulse.inference.known_errors import Seen
+from vasowave.pulse.inference.known_errors import Observed
 from vasowave.pulse.inference.laws import compare_laws
 from vasowave.pulse.inference.result import Posterior
 from vasowave.pulse.inference.sampling import posterior
@@ -259,7 +259,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
         warn(finding)
     spectrum = impedance_dataset(station, settings.harmonics, flow_noise(recording, animal.beats))
 
-    def values(observed: Seen) -> dict[str, float]:
+    def values(observed: Observed) -> dict[str, float]:
         start = estimate_nominal(observed.network, observed.recording, observed.blood, find_bed(settings.beds))
         place = measured_station(observed.recording, observed.network, start, observed.blood.inertia, settings.waves_at)
         of_ventricle = coupling if observed.recording is recording else coupled(observed.recording, animal.ventricle)[0]
@@ -268,7 +268,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
         )
 
     lab_spreads = spreads_of(network, settings, "lab")  # what is usual is part of the scatter of animals
-    effects = effects_on_measured(Seen(network, recording, blood), lab_spreads, values)
+    effects = effects_on_measured(Observed(network, recording, blood), lab_spreads, values)
     values_here = measured_values(recording, nominal, station, waves, coupling)
     quantities = measured_quantities(values_here, station, effects, coupling)
     if animal.loops is not None:

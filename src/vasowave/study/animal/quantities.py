@@ -19,7 +19,7 @@ from vasowave.pulse.analysis.ventricular_function import VentricularFunction
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.cycle.harmonics import harmonic_errors
-from vasowave.pulse.inference.known_errors import SHARED_SOURCES, Seen, kinds
+from vasowave.pulse.inference.known_errors import SHARED_SOURCES, Observed, kinds
 from vasowave.pulse.model.laws import bed_factors, parameter_name, parameter_names, wall_parameters
 from vasowave.pulse.model.model import Model
 from vasowave.pulse.model.names import ParameterName, joined
@@ -175,7 +175,7 @@ def _most_resistance(fit: CalibratedModel, settings: Settings) -> float:
     probe and zero, and on the beats where the flow is not taken for exact: an end without them would cut off what their
     errors have widened.
     """
-    observed = Seen(fit.model.network, fit.recording, fit.model.blood)
+    observed = Observed(fit.model.network, fit.recording, fit.model.blood)
     spreads = spreads_of(fit.model.network, settings)
     moved = effects_on_measured(
         observed, spreads, lambda moved_reading: {"PVR": moved_reading.recording.vascular_resistance}
