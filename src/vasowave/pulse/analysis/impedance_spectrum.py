@@ -9,9 +9,6 @@ from vasowave.base.errors import InputError
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.model.nominal import characteristic_impedance, upstroke
 
-MIN_UPSTROKE = 3
-"""Samples: a line through fewer has no residual."""
-
 
 @dataclass(frozen=True, eq=False)
 class InputImpedance:
@@ -131,12 +128,12 @@ def characteristic_impedances(
     spectrum = impedance(even.pressure, even.flow, even.period, harmonics[1], flow_noise)
     modulus = spectrum.modulus[harmonics[0] :][~spectrum.at_noise[harmonics[0] :]]
     q, p = upstroke(even)
-    if len(q) < MIN_UPSTROKE or q[-1] <= q[0]:
+    if len(q) < 3 or q[-1] <= q[0]:
         raise InputError(
             f"{recording.source}: no upstroke of flow (from 5 to 95 % of its peak in {len(q)} samples); "
             "check that flow is near zero before ejection, and sample it more finely"
         )
-    half = max(int(np.argmax(q >= q[0] + 0.5 * (q[-1] - q[0]))) + 1, MIN_UPSTROKE)
+    half = max(int(np.argmax(q >= q[0] + 0.5 * (q[-1] - q[0]))) + 1, 3)
     dp, dq = (np.roll(signal, -1) - np.roll(signal, 1) for signal in (even.pressure, even.flow))
     return pd.Series(
         {
