@@ -38,7 +38,16 @@ RHYTHMS = ("steady", "variable", "with the breaths", "extra beats")
 NUMBERS = ("SV", "power", "steady_power", "oscillatory_power", "incident_energy", "reflected_energy", "dp_dt_max",
            "dp_dt_min", "notch", "ejection_time", "acceleration_time")  # fmt: skip
 TIMES = ("ejection_time", "acceleration_time")
-HEAD = ("number", "told", "within 2 %, times of the period", "off by, median", "off by, largest")
+ENERGIES = ("incident_energy", "reflected_energy")
+OWN = " by the recording's Z_c"
+HEAD = (
+    "number",
+    "told",
+    "within 2 %, times of the period",
+    "off by, median",
+    "off by, largest",
+    "within ± SD of its beats",
+)
 
 
 class Pulse(NamedTuple):
@@ -129,8 +138,8 @@ def drawn_recording(rng: np.random.Generator, species: str, rhythm: str) -> tupl
     return pulse, RawRecording(noisy_pressure, noisy_flow, rate, noisy_ecg)
 
 
-def errors(count: int) -> Iterator[dict[str, float]]:
-    """Yield by how much each number is off, times as a share of the period; NaN where it is not told."""
+def errors(count: int) -> Iterator[tuple[dict[str, float], dict[str, float]]]:
+    """Yield by how much each number is off and the SD of beats, times as a share of the period; else NaN."""
     for number in range(count):
         rng = np.random.default_rng([2031, number])
         species, rhythm = [*SPECIES][number % len(SPECIES)], RHYTHMS[number // len(SPECIES) % len(RHYTHMS)]
@@ -139,10 +148,15 @@ def errors(count: int) -> Iterator[dict[str, float]]:
             warnings.simplefilter("ignore", vw.errors.VasowaveWarning)
             average = vw.average_beats(raw, 20, heart_rates=heart_rates_of(species))
             indices = vw.cycle_indices(average, pulse.truth["Z_c"]).values
-        sizes = {name: pulse.period if name in TIMES else pulse.truth[name] for name in NUMBERS}
+            own = vw.cycle_indices(average).values
+            beats = vw.beat_indices(average)
+        sizes = {name: pulse.period if name in TIMES else abs(pulse.truth[name]) for name in NUMBERS}
         off = {name: (indices.get(name, np.nan) - pulse.truth[name]) / sizes[name] for name in NUMBERS}
+        off |= {name + OWN: own.get(name, np.nan) / pulse.truth[name] - 1 for name in ENERGIES}
         missed = ("notch" in indices) != np.isfinite(pulse.truth["notch"])
-        yield off | ({"notch": np.inf} if missed else {})
+        spread = beats.std(ddof=1)
+        halves = {name: spread.get(name, np.nan) / sizes[name] for name in NUMBERS if name not in ENERGIES}
+        yield off | ({"notch": np.inf} if missed else {}), halves
 
 
 def right(name: str, off: float) -> bool:
@@ -155,11 +169,14 @@ def table(count: int) -> Iterator[str]:
     yield f"| {' | '.join(HEAD)} |"
     yield "|---" * len(HEAD) + "|"
     rows = [*errors(count)]
-    for name in NUMBERS:
-        off = np.abs([row[name] for row in rows])
-        finite = off[np.isfinite(off)]
-        cells = (f"`{name}`", f"{len(finite)} of {count}", f"{sum(right(name, value) for value in off)} of {count}",
-                 *(f"{100 * value:.1f} %" for value in (np.median(finite), finite.max())))  # fmt: skip
+    for name in (*NUMBERS, *(name + OWN for name in ENERGIES)):
+        off = np.abs([row[name] for row, _ in rows])
+        half = np.array([halves.get(name, np.nan) for _, halves in rows])
+        finite, spread = off[np.isfinite(off)], np.isfinite(off) & np.isfinite(half)
+        held = f"{np.sum(off[spread] < half[spread])} of {spread.sum()}" if spread.any() else "-"
+        shown = f"`{name}`" if name in NUMBERS else f"`{name.removesuffix(OWN)}`{OWN}"
+        cells = (shown, f"{len(finite)} of {count}", f"{sum(right(name, value) for value in off)} of {count}",
+                 *(f"{100 * value:.1f} %" for value in (np.median(finite), finite.max())), held)  # fmt: skip
         yield f"| {' | '.join(cells)} |"
 
 

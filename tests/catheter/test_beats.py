@@ -266,6 +266,19 @@ def test_a_recording_of_mostly_inspiration_warns_of_the_breath_and_asks_for_no_q
     assert {one.message.finding.code for one in told} == {"recording.breath-without-plateau"}
 
 
+@pytest.mark.parametrize(("heart", "width"), [(300, 5.6), (450, 5.6), (320, 8.0)])
+def test_a_broad_r_wave_under_noise_is_where_it_is_and_as_often(heart, width):
+    """Its own frequencies lie below those of a narrow one, in which noise hides it."""
+    rng, t = np.random.default_rng(heart), np.arange(12_000) / 1000.0
+    phase = (t * heart / 60 + 0.3) % 1
+    complex_ = np.exp(-0.5 * ((phase - 0.5) * 60e3 / heart / width) ** 2) + 0.03 * rng.standard_normal(len(t))
+    signal = np.maximum(0.0, np.sin(2 * np.pi * (phase - 0.55)))
+    beats = find_beats(RawRecording(10 + 10 * signal, signal, 1000.0, complex_), "ecg", (180, 900)).times
+    late = (beats * heart / 60 + 0.3) % 1 - 0.5
+    assert len(beats) == pytest.approx(12 * heart / 60, abs=1.1)
+    assert np.quantile(np.abs(late - np.median(late)) * 60 / heart, 0.9) < 0.001
+
+
 @pytest.mark.parametrize(("heart", "width"), [(280, 4.5), (320, 5.6), (400, 5.6), (550, 4.5), (620, 3.0)])
 def test_a_broad_r_wave_is_marked_at_one_place_in_every_beat(heart, width):
     """Either slope of it may be the strongest: marks that take turns are ten milliseconds apart."""

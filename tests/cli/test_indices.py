@@ -1,5 +1,7 @@
 """The command that says what a recording alone tells."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,7 +9,7 @@ from typer.testing import CliRunner
 
 import vasowave as vw
 from vasowave.base import InputError
-from vasowave.catheter import synthetic_raw_recording
+from vasowave.catheter import Disturbances, synthetic_raw_recording
 from vasowave.cli.app import app
 
 
@@ -66,6 +68,24 @@ def test_an_option_of_one_value_that_is_typed_twice_is_refused_and_those_of_many
     with pytest.raises(InputError, match="the unit of flow is given twice; give it once"):
         said(file, "--unit", "flow=ml/s", "--unit", "flow=ml/min")
     assert "given 2 times" not in said(file, "--unit", "pressure=mmHg", "--unit", "flow=ml/s")
+
+
+def test_pvr_says_that_it_counts_from_zero_and_what_it_is_over_whole_breaths(tmp_path):
+    breaths = Disturbances(ventilation_pressure=3.0)
+    raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(4), duration=5.0, disturbances=breaths).raw
+    time = np.arange(len(raw.pressure)) / raw.sampling_rate
+    signals = {"time [s]": time, "pressure [mmHg]": raw.pressure, "flow [ml/s]": raw.flow, "ECG [mV]": raw.ecg}
+    pd.DataFrame(signals).to_csv(tmp_path / "raw.csv", index=False)
+    text = " ".join(said(tmp_path / "raw.csv").split())
+    assert "PVR and RC count from 0 mmHg" in text
+    assert "--wedge=VALUE" in text
+    text = " ".join(said(tmp_path / "raw.csv", "--wedge", 8).split())
+    assert "count from 0 mmHg" not in text
+    (stated,) = re.findall("if the breath does not move the wedge pressure, it is ([0-9.]+)", text)
+    whole = said(tmp_path / "raw.csv", "--wedge", 8, "--set", "averaging.reject_ventilation=false")
+    (line,) = (line for line in whole.splitlines() if line.split()[:1] == ["PVR"])
+    assert float(stated) == pytest.approx(float(line.split()[1]), rel=0.01)
+    assert "does not move the wedge" not in whole
 
 
 def test_the_help_names_the_row_of_a_subject_and_nothing_of_a_ventricle():

@@ -61,7 +61,8 @@ def indices(
     row = running.one_row(None, recording, name, name, row_cells(options))
     cycle, average = results.load_recording(row, read_settings(options, name, name))
     print_text(animals.indices_text(cycle, average))
-    for note in cycle.notes:
+    behind = [] if row.wedge is not None or row.wedge_wave else [animals.NO_WEDGE()]
+    for note in (*cycle.notes, *behind):
         print_text(f"note: {sentence(note)}{_below(note)}", err=True)
     if output is not None and average is not None:
         typer.echo(f"Beats: {animals.write_beats(cycle, average, output)}")

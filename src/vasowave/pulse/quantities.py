@@ -151,8 +151,12 @@ QUANTITIES: dict[str, Quantity] = {
     "oscillatory_power": Quantity("mW", "W_o", "oscillatory power, the rest of the hydraulic power", "",
                                   "oscillatory power"),
     "oscillatory_share": Quantity("1", "W_o/W", "share of the oscillatory power", comparatives=_LARGER),
-    "incident_energy": Quantity("mJ", "E₊", "energy of the incident wave, a beat", "", "incident energy"),
-    "reflected_energy": Quantity("mJ", "E₋", "energy of the reflected wave, a beat", "", "reflected energy"),
+    "incident_energy": Quantity(
+        "mJ", "E₊", "energy of the incident wave, a beat, by Z_c to half the upstroke", "", "incident energy",
+    ),
+    "reflected_energy": Quantity(
+        "mJ", "E₋", "energy of the reflected wave, a beat, by Z_c to half the upstroke", "", "reflected energy",
+    ),
     "stroke_work": VENTRICULAR["stroke_work"],
     "Z_c": Quantity(_RESISTANCE, "Z_c", "characteristic impedance, up-slope", "8"),
     "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency, mean pressure over mean flow", "19"),

@@ -80,6 +80,21 @@ def test_slopes_are_those_of_the_wave_and_not_of_its_samples():
         assert values["dp_dt_min"] == pytest.approx(slope.min(), rel=1e-3)
 
 
+def test_slopes_are_nearer_to_the_truth_where_the_errors_of_harmonics_are_known():
+    random, angle = np.random.default_rng(7), 2 * np.pi * np.arange(256) / 256
+    pressure = 12 + 4 * np.sin(angle) + 1.5 * np.sin(2 * angle + 0.4) + 0.4 * np.sin(3 * angle)
+    slope = 2 * np.pi / 0.2 * (4 * np.cos(angle) + 3 * np.cos(2 * angle + 0.4) + 1.2 * np.cos(3 * angle)).max()
+    flow, noise = np.maximum(np.sin(angle), 0), 0.06
+    errors = np.full(129, noise * np.sqrt(2 / 256))
+    off = []
+    for _ in range(16):
+        noisy = pressure + noise * random.standard_normal(256)
+        cycles = [vw.Recording(noisy, flow, 0.2, pressure_error=known) for known in (errors, 0 * errors)]
+        off.append([vw.cycle_indices(cycle).values["dp_dt_max"] / slope - 1 for cycle in cycles])
+    known, unknown = np.sqrt(np.mean(np.square(off), axis=0))
+    assert known < 0.7 * unknown
+
+
 def test_the_notch_is_the_valley_before_the_dicrotic_wave_and_absent_without_it():
     phase = np.arange(400) / 400
     flow = outflow((phase - 0.1) % 1, 0.35, 0.12, 0.1)

@@ -63,6 +63,17 @@ def test_what_reaches_the_beds_is_what_enters(simulated):
     assert (loads["pulse power [mW]"].iloc[network.terminals] > 0).all()
 
 
+def test_beds_get_what_enters_to_round_off_where_the_state_repeats_as_closely(simulated):
+    model, _ = simulated
+    inflow, off = vw.virtual_mouse().inflow, []
+    for tolerance in (1e-2, 1e-6, 1e-10):
+        waves = vw.simulate(model, inflow, vw.Numerics(tolerance=tolerance))
+        reaching = vw.vessel_loads(model, waves)["mean flow [ml/s]"].iloc[model.network.terminals].sum()
+        off.append(abs(reaching / inflow.flow.mean() - 1))
+    assert off[0] > 100 * off[1]
+    assert off[2] < 1e-14
+
+
 def test_strain_and_transit_follow_from_area_and_flow(simulated):
     model, waves = simulated
     loads = vw.vessel_loads(model, waves)

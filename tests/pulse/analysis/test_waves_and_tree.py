@@ -69,7 +69,7 @@ def test_every_estimator_of_characteristic_impedance_is_exact_without_reflection
     q = least + pulse(0.01, 0.05, 0.5)
     found = analysis.characteristic_impedances(Recording(8.0 + 31.0 * q, q, T), harmonics=(2, 4))
     np.testing.assert_allclose(found, 31.0, rtol=1e-9)
-    assert len(found) == 5
+    assert len(found) == 6
 
 
 def test_in_front_of_a_windkessel_high_frequencies_see_r1_and_only_noise_gives_no_number():
@@ -81,6 +81,16 @@ def test_in_front_of_a_windkessel_high_frequencies_see_r1_and_only_noise_gives_n
     assert found["high frequency"] == pytest.approx(np.abs(Z[4:11]).mean())
     noisy = analysis.characteristic_impedances(Recording(p, q, T), flow_noise=10.0)
     assert np.isnan(noisy["high frequency"])
+
+
+def test_the_first_half_of_the_upstroke_tells_z_c_before_a_compliance_fills():
+    bed = Windkessel(np.array([30.0]), np.array([270.0]), np.array([0.0005]))
+    q = 0.01 + pulse(0.01, 0.05, 0.5)
+    Z = bed.impedance(2 * np.pi * np.arange(N // 2 + 1) / T)[:, 0]
+    found = analysis.characteristic_impedances(Recording(np.fft.irfft(Z * np.fft.rfft(q), N), q, T))
+    assert found["up-slope"] > 1.25 * 30.0
+    assert found["first half"] == pytest.approx(30.0, rel=0.2)
+    assert abs(found["first half"] - 30.0) < 0.6 * abs(found["up-slope"] - 30.0)
 
 
 def test_the_upslope_of_the_measured_mouse_is_the_one_behind_its_published_stiffness():

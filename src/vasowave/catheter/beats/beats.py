@@ -40,11 +40,13 @@ class BeatRules:
     min_signal_to_noise : float
         What is found there is this many times as strong as the signal is half of the time: an ECG hums between its
         beats.
-    wide_reach : float
-        A longer piece of the ECG about each beat is so many times as long: either slope of a broad complex may be the
-        strongest, and a short piece cannot tell which.
-    steadier : float
-        It is taken where beats then jitter less than this share of before.
+    pieces : tuple of (float, float)
+        How much lower than a narrow complex's the frequencies are in which R waves are sought, and how much longer the
+        piece is that is matched: a short one cannot tell which slope of a broad complex it holds.
+    loose : float
+        The next is tried while marks scatter about the pressure's beats by more than this share of a beat.
+    closer : float
+        It is taken where they scatter less than this share of before.
     """
 
     refractory_share: float = 0.55
@@ -54,8 +56,9 @@ class BeatRules:
     min_between_strength: float = 0.4
     max_interval_lengths: float = 1.6
     min_signal_to_noise: float = 3.0
-    wide_reach: float = 2.5
-    steadier: float = 0.5
+    pieces: tuple[tuple[float, float], ...] = ((1.0, 1.0), (1.0, 2.5), (2.5, 1.0), (6.0, 1.0))
+    loose: float = 0.005
+    closer: float = 0.8
 
 
 RULES = BeatRules()
@@ -143,31 +146,69 @@ def _of_one_size(heart_rates: tuple[float, float]) -> list[tuple[float, float]]:
 
 def _find_by(raw: RawRecording, fiducial: str, heart_rates: tuple[float, float]) -> Beats:
     """Return the beats by the fiducial asked for."""
-    slowest = heart_rates[0]
     if fiducial == "ecg":
         if raw.ecg is None:
             raise InputError(f"{raw.source}: no ECG; use fiducial='pressure'")
-        slower = min(1.0, heart_rates[1] / RULES.rodent_heart_rate)
-        shape = _band(raw.ecg, raw.sampling_rate, 30.0 * slower, 300.0 * slower)
-        strength = _smooth(np.gradient(shape) ** 2, 0.004 / slower * raw.sampling_rate) ** 0.5
-        reach = 0.006 / slower
+        times = _r_waves(raw, raw.ecg, heart_rates)
     else:
         quiet = raw.pressure - hum_of(raw.pressure, raw.sampling_rate).course
-        shape = np.gradient(_band(quiet, raw.sampling_rate, slowest / 120.0, 60.0))
-        strength = np.maximum(shape, 0.0)
-        reach = 0.0
-    length = _beat_length(strength, raw.sampling_rate, heart_rates, f"{raw.source}, {fiducial}")
-    length, peaks = _without_subharmonic(strength, length, raw.sampling_rate * 60.0 / heart_rates[1])
-    half = round(reach * raw.sampling_rate) if reach else round(0.2 * length)
-    times, shape_of_beat = _align(shape, peaks, max(half, 3))
-    if fiducial == "ecg":
-        wide_times, wide_shape = _align(shape, peaks, round(RULES.wide_reach * max(half, 3)))
-        if _jitter(wide_times) < RULES.steadier * _jitter(times):
-            times, shape_of_beat = wide_times, wide_shape
-    offset = _extremum(shape_of_beat) if fiducial == "ecg" else -_foot_before(raw, times, length)
-    times = times + offset
-    times = times[(times >= 0) & (times <= len(shape) - 1)] / raw.sampling_rate
+        shape = np.gradient(_band(quiet, raw.sampling_rate, heart_rates[0] / 120.0, 60.0))
+        rise, shortest = np.maximum(shape, 0.0), raw.sampling_rate * 60.0 / heart_rates[1]
+        length = _beat_length(rise, raw.sampling_rate, heart_rates, f"{raw.source}, pressure")
+        length, peaks = _without_subharmonic(rise, length, shortest)
+        times, _ = _align(shape, peaks, max(round(0.2 * length), 3))
+        times = times - _foot_before(raw, times, length)
+    times = times[(times >= 0) & (times <= len(raw.pressure) - 1)] / raw.sampling_rate
     return Beats(raw.origin + times, fiducial)
+
+
+def _r_waves(raw: RawRecording, ecg: np.ndarray, heart_rates: tuple[float, float]) -> np.ndarray:
+    """Return the samples of the R waves, as broad as those that the pressure's beats follow most closely."""
+    times, scatter, length_of_pressure = np.empty(0), np.inf, _pressure_length(raw, heart_rates)
+    for broader, longer in RULES.pieces:
+        slower = min(1.0, heart_rates[1] / RULES.rodent_heart_rate) / broader
+        shape = _band(ecg, raw.sampling_rate, 30.0 * slower, 300.0 * slower)
+        strength = _smooth(np.gradient(shape) ** 2, 0.004 / slower * raw.sampling_rate) ** 0.5
+        try:
+            length = _beat_length(strength, raw.sampling_rate, heart_rates, f"{raw.source}, ecg")
+        except NumericalError:
+            if not len(times):
+                raise
+            continue
+        length, peaks = _without_subharmonic(strength, length, raw.sampling_rate * 60.0 / heart_rates[1])
+        half = max(round(0.006 / slower * raw.sampling_rate), 3)
+        marks, shape_of_beat = _align(shape, peaks, round(longer * half))
+        of_marks = _scatter(raw.pressure, marks, length_of_pressure or length)
+        if not len(times) or of_marks < RULES.closer * scatter:
+            times, scatter = marks + _extremum(shape_of_beat), of_marks
+        if not length_of_pressure or scatter <= RULES.loose * length_of_pressure:
+            break
+    return times
+
+
+def _pressure_length(raw: RawRecording, heart_rates: tuple[float, float]) -> float | None:
+    """Return the length of the pressure's beats, samples; None where it does not beat."""
+    rise = np.gradient(_band(raw.pressure, raw.sampling_rate, heart_rates[0] / 120.0, 60.0))
+    try:
+        return _beat_length(np.maximum(rise, 0.0), raw.sampling_rate, heart_rates, raw.source)
+    except NumericalError:
+        return None
+
+
+def _scatter(pressure: np.ndarray, times: np.ndarray, length: float) -> float:
+    """Return by how much marks and upstrokes of the pressure differ from their usual delay, in nine of ten, samples."""
+    slope = np.gradient(_smooth(pressure, 0.01 * length))
+    reach = round(0.45 * length)
+    centers = np.rint(times).astype(int)
+    centers = centers[(centers >= reach) & (centers < len(slope) - reach)]
+    around = slope[centers[:, None] + np.arange(-reach, reach + 1)]
+    usual = np.median(around, axis=0) if len(centers) else np.zeros(1)
+    if not usual.any():
+        return np.inf
+    steepest = times + int(np.argmax(usual)) - reach
+    steepest = steepest[(steepest >= 0) & (steepest < len(slope) - 1)]
+    delays = _align(slope, np.rint(steepest).astype(int), max(round(0.2 * length), 3))[0] - steepest
+    return float(np.quantile(np.abs(delays - np.median(delays)), 0.9))  # a tenth may be lost, not a third elsewhere
 
 
 def _band(values: np.ndarray, rate: float, low: float, high: float) -> np.ndarray:
@@ -264,14 +305,6 @@ def _align(shape: np.ndarray, peaks: np.ndarray, half: int) -> tuple[np.ndarray,
         template = np.median(shape[centres[:, None] + np.arange(-half, half + 1)], axis=0)
         times = _best_matches(shape, template, np.rint(times).astype(int), half)
     return times, template
-
-
-def _jitter(times: np.ndarray) -> float:
-    """Return how much the length of a beat differs from that of the one before, in the median; infinite of few beats.
-
-    A rhythm changes it alike wherever in a beat its marks stand.
-    """
-    return float(np.median(np.abs(np.diff(times, 2)))) if len(times) > 2 else np.inf
 
 
 def _best_matches(shape: np.ndarray, template: np.ndarray, centres: np.ndarray, half: int) -> np.ndarray:

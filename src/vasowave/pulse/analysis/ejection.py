@@ -15,6 +15,7 @@ from vasowave.base.findings import Finding, note_kind
 from vasowave.pulse.analysis.impedance_spectrum import characteristic_impedances
 from vasowave.pulse.cycle.averaged import EnsembleAverage, one_cycle
 from vasowave.pulse.cycle.cycle import MIN_SAMPLES, Recording, resample
+from vasowave.pulse.cycle.harmonics import harmonic_errors
 from vasowave.pulse.cycle.waveform import close_cycle, low_pass
 
 
@@ -26,6 +27,9 @@ class CycleRules:
     ----------
     pressure_harmonics, flow_harmonics : int
         Harmonics that are kept: above the first, noise moves slopes; the second place the peak of the flow.
+    sure_harmonics, around : int
+        Above the first, each of the pressure's harmonics counts by the share that signal has in the power of those
+        so near to it, both sides.
     samples : int
         Marks are found on so many samples a cycle.
     low, high : float
@@ -41,6 +45,8 @@ class CycleRules:
 
     pressure_harmonics: int = 20
     flow_harmonics: int = 40
+    sure_harmonics: int = 5
+    around: int = 2
     samples: int = 1024
     low: float = 0.05
     high: float = 0.15
@@ -90,7 +96,7 @@ def cycle_indices(recording: Recording | EnsembleAverage, Z_c: float | None = No
     ----------
     recording : Recording or EnsembleAverage
     Z_c : float, optional
-        Characteristic impedance, mmHg s/ml; by default that of the upstroke (eq. 8).
+        Characteristic impedance, mmHg s/ml; by default that of the upstroke's first half.
 
     Returns
     -------
@@ -128,7 +134,7 @@ def cycle_indices(recording: Recording | EnsembleAverage, Z_c: float | None = No
     Z_c = _impedance(recording) if Z_c is None else Z_c
     count = max(len(recording.pressure), len(recording.flow))
     pressure, flow = (resample(values, count) for values in (recording.pressure, recording.flow))
-    return _indices(pressure, flow, recording.period, recording.wedge_pressure, Z_c)
+    return _indices(pressure, flow, _without_noise(recording), recording, Z_c)
 
 
 def beat_indices(average: EnsembleAverage, recording: Recording | None = None) -> pd.DataFrame:
@@ -168,14 +174,30 @@ def beat_indices(average: EnsembleAverage, recording: Recording | None = None) -
 
 def _impedance(recording: Recording) -> float:
     try:
-        return float(characteristic_impedances(recording)["up-slope"])
+        return float(characteristic_impedances(recording)["first half"])
     except InputError:
         return np.nan
 
 
-def _indices(pressure: np.ndarray, flow: np.ndarray, period: float, wedge: float, Z_c: float) -> CycleIndices:
-    """Return the indices of pressure and flow on the same times."""
-    fine_pressure, fine_flow = _fine(pressure, RULES.pressure_harmonics), _fine(flow, RULES.flow_harmonics)
+def _without_noise(recording: Recording) -> np.ndarray:
+    """Return the cycle's pressure, each harmonic by the share of signal in the power of those around it."""
+    modulus, error, _ = harmonic_errors(recording)
+    count, reach = RULES.pressure_harmonics + 1, 2 * RULES.around + 1
+    power, noise = modulus[:count] ** 2, 2 * error[:count] ** 2
+    signal = np.maximum(np.convolve(power - noise, np.full(reach, 1 / reach), "same"), 0.0)
+    share = signal / np.maximum(signal + noise, 1e-300)
+    share[: RULES.sure_harmonics + 1] = 1.0
+    spectrum = np.fft.rfft(recording.pressure)
+    spectrum[: len(share)] *= share
+    return np.fft.irfft(spectrum, len(recording.pressure))
+
+
+def _indices(
+    pressure: np.ndarray, flow: np.ndarray, smooth: np.ndarray, recording: Recording, Z_c: float
+) -> CycleIndices:
+    """Return the indices of pressure and flow on the same times, and of a pressure without its noise."""
+    fine_pressure, fine_flow = _fine(smooth, RULES.pressure_harmonics), _fine(flow, RULES.flow_harmonics)
+    period, wedge = recording.period, recording.wedge_pressure
     mean, output = float(pressure.mean()), float(flow.mean())
     stroke, pulse = output * period, float(np.ptp(pressure))
     slope = _slope(fine_pressure, period)

@@ -19,6 +19,7 @@ class FamilyLineRules:
     max_iterations: int = 50  # of the line through the end-systolic points
     tolerance: float = 1e-4  # change of V0, as a share of the stroke volume, from which that line stands
     max_relative_error: float = 0.25  # half width of the interval of E_es, as a share of it, that is still told as sure
+    left_noise: float = 0.6  # of the volume's noise, in an end-systolic point, whose cubic and line smooth it
     bend_level: float = 0.999  # one-sided, of a bend of the end-systolic points
 
 
@@ -105,7 +106,7 @@ def _end_systolic_line(loops: Sequence[PressureVolumeLoop], noise: float) -> tup
     zero: float | None = None
     for _ in range(RULES.max_iterations):
         volume, pressure = np.transpose([loop.end_systole(zero) for loop in loops])
-        line = fit_line(volume, pressure, noise)
+        line = fit_line(volume, pressure, RULES.left_noise * noise)
         if zero is not None and abs(line.root.value - zero) < RULES.tolerance * loops[0].stroke_volume:
             break
         zero = line.root.value

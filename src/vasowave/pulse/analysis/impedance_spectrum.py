@@ -111,7 +111,9 @@ def characteristic_impedances(
     -------
     Series
         ``up-slope``: least-squares slope of p against q from the onset of ejection (5 % of peak flow) to 95 % of it,
-        the paper's method. ``95 % of peak flow``: Δp/Δq between the ends of that stretch. ``steepest rise``: largest
+        the paper's method. ``first half``: the same to 50 %, before beds store and waves return; the least biased of
+        these on pulses of known Z_c (docs/analysis.md). ``95 % of peak flow``: Δp/Δq from 5 to 95 %. ``steepest rise``:
+        largest
         dp/dt over largest dq/dt. ``sum of squares``: √(Σ(dp/dt)²/Σ(dq/dt)²) over the cycle (the single-point method).
         ``high frequency``: mean |Z| of the harmonics; NaN if all of them are noise.
 
@@ -131,10 +133,12 @@ def characteristic_impedances(
             f"{recording.source}: no upstroke of flow (from 5 to 95 % of its peak in {len(q)} samples); "
             "check that flow is near zero before ejection, and sample it more finely"
         )
+    half = max(int(np.argmax(q >= q[0] + 0.5 * (q[-1] - q[0]))) + 1, 3)
     dp, dq = (np.roll(signal, -1) - np.roll(signal, 1) for signal in (even.pressure, even.flow))
     return pd.Series(
         {
             "up-slope": characteristic_impedance(q, p),
+            "first half": characteristic_impedance(q[:half], p[:half]),
             "95 % of peak flow": float((p[-1] - p[0]) / (q[-1] - q[0])),
             "steepest rise": float(dp.max() / dq.max()),
             "sum of squares": float(np.sqrt((dp @ dp) / (dq @ dq))),

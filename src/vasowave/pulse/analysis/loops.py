@@ -25,9 +25,10 @@ class LoopRules:
     harmonics: int = 25  # of the heart, above which noise outweighs the signal: the cut-off of the filter
     onset_share: float = 0.08  # of the steepest rise, at which contraction begins
     max_rise: float = 0.35  # from where contraction begins to the steepest rise
-    top_share: float = 0.95  # of the largest elastance: the parabola at its top goes through what has it
-    top_reach: float = 0.05  # from the top, at most, of that parabola
-    min_top_samples: int = 5  # of that parabola; of fewer the largest is taken
+    top_share: float = 0.75  # of the largest elastance: the cubic at its top goes through what has it
+    top_reach: float = 0.2  # from the top, at most, of that cubic
+    min_top_samples: int = 5  # of that cubic; of fewer the largest is taken
+    top_places: int = 201  # at which it is computed
     corner_weight: float = 1.5  # of volume to pressure in the corner: the end-systolic line is steeper than the loop
     beats_around: int = 3  # on either side, whose median says where a beat is fullest and emptiest
     extreme_width: float = 0.05  # of the parabola that says the volume there
@@ -70,7 +71,7 @@ class PressureVolumeLoop:
     emptiest: int
 
     def end_systole(self, zero_volume: float | None = None) -> EndSystole:
-        """Return where the elastance ``p / (V - V0)`` is largest (Sagawa 1978), by a parabola through its top.
+        """Return where the elastance ``p / (V - V0)`` is largest (Sagawa 1978), by a cubic through its top.
 
         Without `zero_volume`, ml, the upper left corner: where pressure over its range is farthest above 1.5 times the
         volume over its range, which no offset of the volume moves.
@@ -90,10 +91,11 @@ class PressureVolumeLoop:
         if last - first < RULES.min_top_samples:
             return EndSystole(float(volume[top]), float(pressure[top]))
         places = np.arange(first, last) - top
-        bend, tilt, level = np.polyfit(places, elastance[first:last], 2)
-        place = float(np.clip(-0.5 * tilt / bend, places[0], places[-1])) if bend < 0 else 0.0
-        at_top = float(np.polyval(np.polyfit(places, volume[first:last], 1), place))
-        return EndSystole(at_top, (level + place * (tilt + place * bend)) * (at_top - zero_volume))
+        fine = np.linspace(places[0], places[-1], RULES.top_places)
+        curve = np.polyval(np.polyfit(places, elastance[first:last], 3), fine)  # it rises more slowly than it falls
+        highest = int(np.argmax(curve))
+        volume_there = float(np.polyval(np.polyfit(places, volume[first:last], 1), fine[highest]))
+        return EndSystole(volume_there, float(curve[highest]) * (volume_there - zero_volume))
 
     @property
     def largest_volume(self) -> float:

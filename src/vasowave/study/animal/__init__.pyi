@@ -20,6 +20,7 @@ from vasowave.study.animal.files import read_result as read_result
 from vasowave.study.animal.files import to_bytes as to_bytes
 from vasowave.study.animal.files import write_emulator as write_emulator
 from vasowave.study.animal.files import write_result as write_result
+from vasowave.study.animal.indices import NO_WEDGE as NO_WEDGE
 from vasowave.study.animal.indices import indices_text as indices_text
 from vasowave.study.animal.indices import write_beats as write_beats
 from vasowave.study.animal.known_errors import effects_on_fit as effects_on_fit

@@ -5,11 +5,20 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from vasowave.base.cures import UNKNOWN, SetCells
+from vasowave.base.findings import look_kind
 from vasowave.base.io.files import write_file
 from vasowave.pulse.analysis.ejection import beat_indices, cycle_indices
 from vasowave.pulse.cycle.averaged import EnsembleAverage
 from vasowave.pulse.cycle.cycle import Recording
 from vasowave.pulse.quantities import QUANTITIES
+
+NO_WEDGE = look_kind(
+    "recording.no-wedge",
+    "no wedge pressure is given: PVR and RC count from 0 mmHg, and are too large",
+    "Give the pressure behind the vascular beds.",
+    SetCells("Give the wedge pressure", (("wedge [mmHg]", UNKNOWN),)),
+)
 
 
 def indices_table(recording: Recording, average: EnsembleAverage | None = None) -> pd.DataFrame:

@@ -64,7 +64,7 @@ def measured_values(
     of_ventricle |= {} if coupled is None else {"stroke_work": coupled.stroke_work}
     return (
         recording.indices()
-        | cycle_indices(recording, nominal.characteristic_impedance).values
+        | cycle_indices(recording).values
         | of_ventricle
         | {
             "pPAP_over_SV": recording.pulse_pressure / (recording.cardiac_output * recording.period),

@@ -8,11 +8,12 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from vasowave.base.cures import SetCells, field_of
+from vasowave.base.cures import AVERAGE_BREATHS, SetCells, field_of
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, of_file
 from vasowave.base.findings import Finding, found_in, look_kind, note_kind, warn
 from vasowave.base.io.textfile import look
 from vasowave.base.sites import PULMONARY, SiteName
+from vasowave.catheter.baseline.ventilation import BREATH_MOVES, BREATH_MOVES_FLOW
 from vasowave.catheter.beats.edits import read_edits
 from vasowave.catheter.check.catheter import (
     Catheter,
@@ -64,7 +65,15 @@ WEDGE_DIFFERS = look_kind(
     "the wedge pressure is given as {given:.3g} mmHg, the mean of its waveform is {wave:.3g} mmHg; the number counts",
     "Correct one of the two, or leave the number out.",
 )
+BREATH_MOVES_RESISTANCE = look_kind(
+    "recording.breath-moves-resistance",
+    "at end-expiration PVR is {resistance:.3g} mmHg s/ml; over whole breaths, if the breath does not move the wedge "
+    "pressure, it is {over_breaths:.3g} ({percent:+.1f} %)",
+    "Take the wedge pressure at end-expiration as well, or average over the breath.",
+    AVERAGE_BREATHS,
+)
 _MAX_WEDGE_DIFFERENCE = 1.0  # mmHg, between a wedge pressure and the mean of its wave
+_MIN_MOVE = 0.02  # of PVR, by the breath, from which it is told
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
@@ -215,7 +224,20 @@ def _wedged(recording: Recording, row: AnimalRow) -> Recording:
         if mean is not None and abs(mean - wave.mean) > _MAX_WEDGE_DIFFERENCE:
             findings.append(WEDGE_DIFFERS(given=mean, wave=wave.mean))
     pulsation = None if wave is None else wave.pulsation
-    return _noted(replace(recording, wedge_pressure=mean or 0.0, wedge_pulsation=pulsation), findings)
+    wedged = replace(recording, wedge_pressure=mean or 0.0, wedge_pulsation=pulsation)
+    return _noted(wedged, [*findings, *_moved_by_breaths(wedged)])
+
+
+def _moved_by_breaths(recording: Recording) -> list[Finding]:
+    """Return what is to be said of PVR where breaths move the pressure before the beds and perhaps not that behind."""
+    moves = [dict(note.values) for note in recording.notes if note.code in (BREATH_MOVES.code, BREATH_MOVES_FLOW.code)]
+    if not moves or not recording.wedge_pressure:
+        return []
+    resistance = recording.vascular_resistance
+    over_breaths = (float(moves[0]["breath_pressure"]) - recording.wedge_pressure) / float(moves[0]["breath_flow"])
+    share = over_breaths / resistance - 1
+    values = {"resistance": resistance, "over_breaths": over_breaths, "percent": 100 * share}
+    return [BREATH_MOVES_RESISTANCE(**values)] if abs(share) > _MIN_MOVE else []
 
 
 def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None, RawRecording | None]:
