@@ -104,7 +104,8 @@ def errors(
     pressure, Z_c = load(rng, flow)
     true = vw.cycle_indices(vw.Recording(pressure, flow, PERIOD), Z_c).values["reflected_energy"]
     waves = (behind(pressure, corners, delay)[::4], flow[::4])
-    recorded = vw.Recording(*(wave + noise * np.ptp(wave) * rng.standard_normal(len(wave)) for wave in waves), PERIOD)
+    noisy = [wave + noise * np.ptp(wave) * rng.standard_normal(len(wave)) for wave in waves]
+    recorded = vw.Recording(noisy[0], noisy[1], PERIOD)
     estimates = characteristic_impedances(recorded)[[*ESTIMATORS]]
     energies = [vw.cycle_indices(recorded, Z).values["reflected_energy"] for Z in estimates]
     return [*(estimates / Z_c - 1), *(energy / true - 1 for energy in energies)]
