@@ -67,7 +67,7 @@ def test_a_stub_is_marked_unreliable_and_the_spread_is_that_of_the_radius_in_the
 
 
 @pytest.mark.filterwarnings("ignore:uncertain", "ignore:wrong")
-@pytest.mark.filterwarnings("ignore:all radii", "ignore:1 more doubts")  # a lumen that is cut off has odd edges
+@pytest.mark.filterwarnings("ignore:all radii", "ignore:further doubts")  # a lumen that is cut off has odd edges
 def test_the_spread_is_unknown_where_another_threshold_gives_no_tree(stubby):
     embedding, volume = stubby
     # At 91.2 (76 + 20 %) nothing of the lumen is left: it is cut off at 90.
@@ -100,7 +100,9 @@ def ring_volume(closed):
     return Volume(np.where(ring | stem, 100, 12) + noise, np.full(3, 0.01), np.zeros(3))
 
 
-@pytest.mark.filterwarnings("ignore:the grey scale", "ignore:vessel", "ignore:a second", "ignore:uncertain")
+@pytest.mark.filterwarnings(
+    "ignore:the grey scale", "ignore:vessel", "ignore:a second", "ignore:uncertain", "ignore:further doubts"
+)
 def test_a_ring_is_one_loop_reported_where_it_closes_and_an_open_ring_is_none():
     root = np.array([0.12, 0.30, 0.05])
     assert loop_count(segment(ring_volume(closed=False), 45, root)) == 0

@@ -154,7 +154,7 @@ def test_the_gravest_doubts_come_first_and_of_one_grade_those_with_most_of_the_f
     said = [str(one.message) for one in told]
     assert said[0].startswith("wrong: ")
     assert len(said) == 6
-    assert "3 more doubts (0 wrong, 2 to look at, 1 uncertain" in said[-1]
+    assert "extraction.json: 3 (0 wrong, 2 to look at, 1 uncertain" in said[-1]
 
 
 def test_outlets_inside_a_vessel_are_compared_as_given_and_the_vessels_to_them_are_not_doubted(seen):
