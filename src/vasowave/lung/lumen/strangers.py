@@ -11,7 +11,7 @@ from vasowave.lung.lumen.segmentation import Segmentation
 
 @dataclass(frozen=True)
 class StrangerRules:
-    """When what hangs together with vessels is none; `d` is its radius, or half the thickness of a plate, voxels.
+    """When what touches vessels counts as a holder or an organ; `d` is its radius, or half the thickness of a plate, voxels.
 
     Attributes
     ----------
@@ -56,14 +56,14 @@ _WINDOW = 40  # voxels around the root: its vessel is no wider
 _TOUCHING = np.ones((3, 3, 3), dtype=bool)
 STRANGER = look_kind(
     "image.stranger",
-    "a plate or a tube {width:.2g} cm thick hangs together with the vessels and is none, as a holder or a neighbor is: "
+    "a plate or a tube {width:.2g} cm thick touches the vessels and is probably a holder or a neighboring organ: "
     "{share:.0%} of the lumen were cut off, and vessels that touch it end there: {remedy}",
     "look, and give a mask or a region without it",
 )
 STRANGER_LEFT = look_kind(
     "image.stranger-left",
-    "a plate or a tube {width:.2g} cm thick is not a vessel, as a holder or a neighbor is, and could not be "
-    "cut off without the vessels: {remedy}",
+    "a plate or a tube {width:.2g} cm thick touches the vessels, is probably a holder or a neighboring organ, and could "
+    "not be cut off without the vessels: {remedy}",
     "look, and give a mask or a region without it",
 )
 

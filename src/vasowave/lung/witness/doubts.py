@@ -46,8 +46,8 @@ def is_doubt(finding: Finding) -> bool:
 
 MORE = note_kind(
     "witness.more",
-    "further doubts in review.html and extraction.json: {count} ({wrong} wrong, {look} to look at, {uncertain} uncertain "
-    "as the SD says)",
+    "further doubts in review.html and extraction.json: {count} ({wrong} wrong, {look} to look at, {uncertain} "
+    "uncertain as the SD says)",
 )
 _CODES.add(MORE.code)
 
