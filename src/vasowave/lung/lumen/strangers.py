@@ -11,7 +11,7 @@ from vasowave.lung.lumen.segmentation import Segmentation
 
 @dataclass(frozen=True)
 class StrangerRules:
-    """When what touches vessels counts as a holder or an organ; `d` is its radius, or half the thickness of a plate, voxels.
+    """When what touches vessels counts as a holder or an organ; `d` is its radius, or half a plate's thickness, voxels.
 
     Attributes
     ----------
@@ -62,8 +62,8 @@ STRANGER = look_kind(
 )
 STRANGER_LEFT = look_kind(
     "image.stranger-left",
-    "a plate or a tube {width:.2g} cm thick touches the vessels, is probably a holder or a neighboring organ, and could "
-    "not be cut off without the vessels: {remedy}",
+    "a plate or a tube {width:.2g} cm thick touches the vessels, is probably a holder or a neighboring organ, and "
+    "could not be cut off without the vessels: {remedy}",
     "look, and give a mask or a region without it",
 )
 
