@@ -64,9 +64,20 @@ def test_names_that_speak_of_no_two_occasions_of_animals_tell_none(names):
 def test_a_pattern_that_many_animals_break_is_not_clear():
     pairs = [f"R{n} {level}" for n in range(1, 5) for level in ("pre", "post")]
     assert reading(*pairs, "R5 pre").clear  # nearly all
-    assert not reading(*pairs, "R5 pre", "R6 pre").clear
+    assert reading(*pairs, "R5 pre", "R6 pre").clear  # some once, at the beginning
+    assert not reading(*pairs, "R5 post", "R6 post").clear
     assert not reading(*pairs, "Rat 2 post").clear  # twice
     assert reading(*pairs, "Rat 2 post", subjects=[name.split()[0] for name in pairs] + ["R2"]).clear  # a repeat
+
+
+def test_controls_that_were_recorded_once_count_as_recorded_at_the_beginning():
+    treated = [f"hypoxia/P{n}/{level}/P{n}" for n in (6, 8) for level in ("baseline", "iloprost 20min")]
+    occasions = reading(*treated, "normoxia/P1/Ausgangswert", "normoxia/2024-03-14_P3_JW/P3")
+    assert times(occasions) == [("P6", "baseline"), ("P6", "iloprost 20 min"), ("P8", "baseline"),
+                                ("P8", "iloprost 20 min"), ("P1", "baseline"), ("P3", "baseline")]  # fmt: skip
+    assert (occasions.clear, occasions.assumed) == (True, ("P3",))
+    other_folders = [f"hypoxia/P{n}/{folder}/P{n}" for n in (6, 8) for folder in ("left", "right")]
+    assert reading(*other_folders) is None
 
 
 def test_numbers_of_weeks_without_a_beginning_may_be_groups():
@@ -140,7 +151,7 @@ def test_a_design_without_the_animal_stays_as_somebody_made_it(lab):
 
 
 def test_where_animals_differ_in_their_occasions_a_person_is_asked_and_else_told(lab):
-    for name in ("veh 2 post", "drug 2 post"):
+    for name in ("veh 2 pre", "drug 2 pre"):
         (lab / f"lab/{name}.csv").unlink()
     added = add_files(lab / "study", [lab / "lab"])
     assert design(lab) == (None, None)

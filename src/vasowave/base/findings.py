@@ -204,6 +204,10 @@ class Finding:
         )
         return replace(self, values=values).at(self.place.file.replace(folder, ""))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Take its kind along: where it is unpickled, the module that declares it may not be loaded."""
+        return _with_kind, (_kind_of(self), self.values, self.place, self.raised_cures)
+
     def __repr__(self) -> str:
         """Return one line: its code and the beginning of its text."""
         text = str(self)
@@ -334,7 +338,15 @@ def _names_in(text: str) -> set[str]:
 
 _STORED_TEXT = "text as stored"
 _STORED: dict[str, FindingKind] = {}
-"""Kinds that results speak of, of modules that are not loaded, or of another version."""
+"""Kinds that results and other processes speak of, of modules that are not loaded, or of another version."""
+
+
+def _with_kind(
+    kind: FindingKind, values: tuple[tuple[str, Value], ...], place: Place, cures: tuple[Cure, ...]
+) -> Finding:
+    if kind.code not in KINDS:
+        _STORED[kind.code] = kind
+    return Finding(kind.code, values, place, cures)
 
 
 def _kind_of(finding: Finding) -> FindingKind:

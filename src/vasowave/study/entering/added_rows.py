@@ -34,8 +34,8 @@ class AddedRow:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What may hold the ID of the animal: its file, or the file's folder."""
-        return (self.recorded.name, self.recorded.files[0].parent.name)
+        """What may hold the ID of the animal: its file, the file's folder, and the folder of that."""
+        return (self.recorded.name, *(parent.name for parent in self.recorded.files[0].absolute().parents[:2]))
 
     @property
     def named_file(self) -> Path:

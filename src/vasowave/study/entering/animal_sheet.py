@@ -57,11 +57,13 @@ class AnimalSheet:
     def animal_of(self, names: Sequence[str]) -> tuple[str, str]:
         """Return the ID that stands in the first name that has any, the longest, and that name; empty if two do.
 
+        Names are those of the file and its folders, from within; a bare number counts in the first two.
         Where none does, ``Rat 8`` is the animal ``R08``, whose word for an animal begins alike; ``run 8`` is not.
         """
         for stands_in in (within, _begins_alike):
-            for name in names:
-                hits = {key: len(words(key)) for key in self.rows if stands_in(words(key), words(name))}
+            for place, name in enumerate(names):
+                hits = {key: len(words(key)) for key in self.rows
+                        if stands_in(words(key), words(name)) and (place < 2 or not key.isdecimal())}  # fmt: skip
                 best = [key for key, size in hits.items() if size == max(hits.values())]
                 if best:
                     return (best[0], name) if len(best) == 1 else ("", "")

@@ -10,8 +10,10 @@ from vasowave.study.cohort.design import Design
 from vasowave.study.entering.added_rows import AddedRow, Ask, names_of
 from vasowave.study.entering.animal_sheet import AnimalSheet
 from vasowave.study.entering.occasions import Occasions, told_occasions
+from vasowave.study.report.wording import some_of
 
 _SUBJECT = "subject"
+_MAX_NAMES = 5  # animals, in a sentence
 _YES = ("y", "yes", "j", "ja", "oui", "si", "sí")
 
 
@@ -90,9 +92,11 @@ def _confirmed(occasions: Occasions, ask: Ask) -> bool:
 
 
 def _clear(occasions: Occasions, subject: str, column: str) -> str:
+    unsaid = some_of([*occasions.assumed], _MAX_NAMES)
+    assumed = f" (of {unsaid} no name says when, which counts as the first)" if unsaid else ""
     return (
-        f"names tell {occasions}: columns '{subject}' and '{column}', by which the design compares each animal with "
-        "itself. If every recording is of an animal of its own, take both out of the design"
+        f"names tell {occasions}{assumed}: columns '{subject}' and '{column}', by which the design compares each "
+        "animal with itself. If every recording is of an animal of its own, take both out of the design"
     )
 
 

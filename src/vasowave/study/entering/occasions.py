@@ -44,11 +44,12 @@ _MAX_NAMES = 3  # animals, in a sentence
 
 
 class _Mark(NamedTuple):
-    """The occasion that a name speaks of: a word, or a number of units of time; and the name without it."""
+    """The occasion that a name speaks of: a word, or a number of units of time; the name without it; which name."""
 
     level: str
     unit: str
     remainder: str
+    place: int
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,9 @@ class Occasions:
     files : tuple of Path
         The recordings, called as they would be without their occasions.
     clear : bool
-        Whether all, or nearly all, animals have the same occasions.
+        Whether all, or nearly all, animals have the same occasions, or at least the first.
+    assumed : tuple of str
+        Animals that were recorded once, of which no name says when: that counts as the first occasion.
     """
 
     subjects: tuple[str, ...]
@@ -74,6 +77,7 @@ class Occasions:
     column: str
     files: tuple[Path, ...]
     clear: bool
+    assumed: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """Return the animals and their occasions in words."""
@@ -113,26 +117,64 @@ def _reading(
     files: Sequence[Path], names: Sequence[Sequence[str]], animals: Sequence[str], place: int
 ) -> Occasions | None:
     """Return what names say whose occasion stands in the file's name (place 0) or in a folder so far out."""
-    marks = [_mark(of_file[place]) if place < len(of_file) else None for of_file in names]
+    marks = _marks(names, place)
     units = {mark.unit for mark in marks if mark}
     column = next(iter(units)) if len(units) == 1 and "" not in units else "occasion"
     levels = ["" if mark is None else mark.level if column != "occasion" else f"{mark.unit} {mark.level}".strip()
               for mark in marks]  # fmt: skip
-    remainders = [[*of_file[:place], mark.remainder if mark else of_file[place], *of_file[place + 1 :]]
-                  if place < len(of_file) else of_file for of_file, mark in zip(names, marks, strict=True)]  # fmt: skip
+    levels = _with_common_beginning(levels)
+    remainders = [_without(of_file, mark) for of_file, mark in zip(names, marks, strict=True)]
     subjects = [text or _subject(of_file) for text, of_file in zip(animals, remainders, strict=True)]
     if _repeated(subjects, levels):
         subjects = [text or _subject(of_file, above=True) for text, of_file in zip(animals, remainders, strict=True)]
     if not all(subjects) or not _followed(subjects, levels):
         return None
-    bare = [_unmarked(file, mark, place) for file, mark in zip(files, marks, strict=True)]
+    bare = [_unmarked(file, mark) for file, mark in zip(files, marks, strict=True)]
     first = {_key(name): name for name in reversed(subjects)}
+    subjects = [first[_key(name)] for name in subjects]
     begun = any(mark and (not mark.unit or mark.level == "0") for mark in marks)  # 3 and 5 weeks may be two groups
-    clear = begun and _complete(subjects, levels) and (all(animals) or not _repeated(subjects, levels))
-    return Occasions(tuple(first[_key(name)] for name in subjects), tuple(levels), column, tuple(bare), clear)
+    if not (begun and _complete(subjects, levels) and (all(animals) or not _repeated(subjects, levels))):
+        return Occasions(tuple(subjects), tuple(levels), column, tuple(bare), False)
+    beginning = next(filter(_begins, levels), "")
+    assumed = [name for name, level in zip(subjects, levels, strict=True) if beginning and not level]
+    levels = [level or beginning for level in levels]
+    return Occasions(tuple(subjects), tuple(levels), column, tuple(bare), True, tuple(assumed))
 
 
-def _mark(name: str) -> _Mark | None:
+def _with_common_beginning(levels: Sequence[str]) -> list[str]:
+    """Return occasions with one word for the first: ``baseline`` and ``vor`` are the same, by the word of most."""
+    counts = Counter(level for level in levels if level in BASELINE_WORDS)
+    return [max(counts, key=lambda word: counts[word]) if level in counts else level for level in levels]
+
+
+def _marks(names: Sequence[Sequence[str]], place: int) -> list[_Mark | None]:
+    """Return the occasion of each recording at a place, or else that of a file that is called after the first one.
+
+    Folders beside one that is called after the first occasion and nothing else are occasions, whatever they are called.
+    """
+    marks = [_mark(of_file[place], place) if place < len(of_file) else None for of_file in names]
+    if place == 0:
+        return marks
+    beside = {tuple(of_file[place + 1 :]) for of_file, mark in zip(names, marks, strict=True)
+              if mark and not mark.remainder and mark.level in BASELINE_WORDS}  # fmt: skip
+    return [
+        _Mark(" ".join(words(of_file[place])), "", "", place) if tuple(of_file[place + 1 :]) in beside
+        else mark or _of_first(of_file[0])
+        for of_file, mark in zip(names, marks, strict=True)
+    ]  # fmt: skip
+
+
+def _of_first(name: str) -> _Mark | None:
+    mark = _mark(name, 0)
+    return mark if mark and _begins(mark.level) else None
+
+
+def _without(of_file: Sequence[str], mark: _Mark | None) -> list[str]:
+    """Return the names of a recording without its occasion."""
+    return [mark.remainder if mark and place == mark.place else name for place, name in enumerate(of_file)]
+
+
+def _mark(name: str, place: int) -> _Mark | None:
     """Return the one occasion of a name; of a word and a time the word."""
     hits = [*_NAMED.finditer(name)] or [*_TIMED.finditer(name)]
     if len(hits) != 1:
@@ -140,12 +182,12 @@ def _mark(name: str) -> _Mark | None:
     hit = hits[0]
     remainder = re.sub(r"[ _]*\s[ _]*", " ", name[: hit.start()] + " " + name[hit.end() :]).strip(" _")
     if hit.re is _NAMED:
-        return _Mark(" ".join(words(hit[0])), "", remainder)
+        return _Mark(" ".join(words(hit[0])), "", remainder, place)
     unit, count = (hit[1] or hit[4]).casefold(), int(hit[2] or hit[3])
     animal_needed = len(unit) == 1  # D1 may be a dog; R3 D1 is not
     if animal_needed and not any(map(str.isdigit, words(remainder))):
         return None
-    return _Mark(str(count), _UNIT_OF[unit], remainder)
+    return _Mark(str(count), _UNIT_OF[unit], remainder, place)
 
 
 def _subject(names: Sequence[str], above: bool = False) -> str:
@@ -177,18 +219,24 @@ def _followed(subjects: Sequence[str], levels: Sequence[str]) -> bool:
     return len(several) > 1 and len({*levels}) <= _MAX_OCCASIONS
 
 
+def _begins(level: str) -> bool:
+    return level in BASELINE_WORDS or level == "0"
+
+
 def _complete(subjects: Sequence[str], levels: Sequence[str]) -> bool:
+    """Whether most animals have all occasions, those aside that were recorded once, at the first one."""
     of_subjects, levels_used = _of_subjects(subjects, levels), {*filter(None, levels)}
-    return sum({*have} == levels_used for have in of_subjects) >= _MIN_COMPLETE * len(of_subjects)
+    followed = [have for have in of_subjects if len(have) > 1 or not all(map(_begins, have))]
+    return sum({*have} == levels_used for have in followed) >= _MIN_COMPLETE * len(followed)
 
 
-def _unmarked(file: Path, mark: _Mark | None, place: int) -> Path:
-    """Return a file as it would be called without the occasion in the name at that place."""
+def _unmarked(file: Path, mark: _Mark | None) -> Path:
+    """Return a file as it would be called without its occasion."""
     path = Path(os.path.abspath(file))
     if mark is None:
         return path
-    if place == 0:
+    if mark.place == 0:
         return path.with_name(f"{mark.remainder or '_'}{path.suffix}")
     folders = [*path.parts]
-    folders[-1 - place : len(folders) - place] = [mark.remainder] if mark.remainder else []
+    folders[-1 - mark.place : len(folders) - mark.place] = [mark.remainder] if mark.remainder else []
     return Path(*folders)
