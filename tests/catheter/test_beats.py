@@ -233,6 +233,18 @@ def test_the_average_closes():
     assert abs(pressure[0] - pressure[-1]) <= 1.5 * np.abs(np.diff(pressure)).max()
 
 
+def test_the_species_at_whose_rates_a_recording_beats_is_offered():
+    time = np.arange(0, 30, 1 / 500)
+    beat = np.where(time * 110 / 60 % 1 < 0.35, np.sin(np.pi / 0.35 * (time * 110 / 60 % 1)), 0.0)
+    raw = RawRecording(12 + 12 * beat, 80 * beat, 500.0)
+    with pytest.raises(NumericalError) as refused:
+        find_beats(raw)
+    offered = [cure.text for cure in refused.value.cures if cure.key == "species"]
+    assert "pig" in offered
+    assert not {"mouse", "rat"} & {*offered}
+    assert len(find_beats(raw, heart_rates=(35.0, 240.0)).times) >= 53
+
+
 def test_noise_without_beats_is_refused():
     rng = np.random.default_rng(1)
     raw = RawRecording(14 + rng.standard_normal(8000), 0.2 + rng.standard_normal(8000), 1000.0)

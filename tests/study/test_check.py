@@ -474,6 +474,15 @@ def test_what_a_report_cannot_honour_and_a_wedge_of_some_animals_are_said_before
     assert f"1 of {len(table) - 1} recordings have a wedge pressure" in found["check.wedge-of-some"]
 
 
+@pytest.mark.parametrize(("species", "asked"), [("pig", True), ("mouse", False)])
+def test_of_animals_whose_right_hearts_are_catheterized_the_wedge_is_asked_for(make_study, species, asked):
+    folder = make_study()
+    settings = (folder / "study.yaml").read_text("utf-8")
+    (folder / "study.yaml").write_text(f"{settings}\nspecies: {species}\n", "utf-8")
+    codes = {problem.finding.code for problem in check_study(folder).problems}
+    assert ("check.wedge-of-none" in codes) == asked
+
+
 @pytest.mark.parametrize("place", ["study.yaml", "animals.csv", "n.csv"])
 def test_a_pipe_in_place_of_a_file_of_the_study_is_named_and_nobody_waits(make_study, place):
     folder = make_study(animals=1)

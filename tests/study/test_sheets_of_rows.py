@@ -1,7 +1,16 @@
 """Rows of files that are added: their channels, site and sheet."""
 
+import pickle
+import subprocess
+import sys
+
+import pytest
+
 from made_workbook import saved, signals
-from vasowave.study.entering import add_files, new_study
+from vasowave.base import VasowaveWarning, finding_of
+from vasowave.catheter.read import read_raw_recording
+from vasowave.study.entering import add_files, check_study, new_study
+from vasowave.study.entering.table import read_rows
 
 
 def test_rows_get_the_channels_that_their_files_have_the_site_and_the_sheet(tmp_path):
@@ -40,3 +49,25 @@ def test_loops_of_a_ventricle_are_named_and_become_no_row(tmp_path):
     assert [row["animal"] for row in added.rows] == ["c"]
     assert "rv.csv: holds a ventricle's volume" in added.refused[0]
     assert "column 'loops'" in added.refused[0]
+
+
+def test_two_sheets_of_a_workbook_are_two_recordings(tmp_path):
+    saved(tmp_path / "c.xlsx", A=signals(15), B=signals(12))
+    new_study(tmp_path / "study")
+    add_files(tmp_path / "study", [tmp_path / "c.xlsx"], cells={"sheet": "A"})
+    table = tmp_path / "study/animals.csv"
+    row = table.read_text("utf-8").splitlines()[-1]
+    table.write_text(table.read_text("utf-8") + row.replace("c,", "d,", 1).replace("A", "B") + "\n", "utf-8")
+    assert [(row["animal"], row["sheet"]) for row in read_rows(table).rows] == [("c", "A"), ("d", "B")]
+    assert not [problem for problem in check_study(tmp_path / "study").problems if "same recording" in str(problem)]
+
+
+def test_what_was_noticed_of_a_sheet_is_told_in_a_process_that_read_no_workbook(tmp_path):
+    saved(tmp_path / "c.xlsx", A=signals(15), B=signals(12))
+    with pytest.warns(VasowaveWarning, match="the sheets 'A' and 'B' hold signals") as warned:
+        read_raw_recording(tmp_path / "c.xlsx")
+    note = finding_of(warned[0].message)
+    (tmp_path / "note").write_bytes(pickle.dumps(note))
+    told = "import pickle, sys; note = pickle.load(open(sys.argv[1], 'rb')); print(note, note.remedy, len(note.cures))"
+    answer = subprocess.run([sys.executable, "-c", told, tmp_path / "note"], capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == f"{note} {note.remedy} 1"

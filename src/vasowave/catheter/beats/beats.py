@@ -225,28 +225,35 @@ def _smooth(values: np.ndarray, samples: float) -> np.ndarray:
     return gaussian_filter1d(values, max(samples / 2.0, 0.5))
 
 
-_OTHER_RATES = (
-    *(SetSetting(f"It is a {name}", "species", name) for name in SPECIES),
-    SetSetting("Name the heart rates", "averaging.heart_rates"),
-)
-
-
 def _beat_length(strength: np.ndarray, rate: float, heart_rates: tuple[float, float], where: str) -> float:
     """Return the beat length in samples: the first strong peak of the autocorrelation in the range of heart rates."""
     # Large beats must not outweigh the others, nor an artefact all of them.
     centred = np.minimum(strength, 4.0 * np.quantile(strength, 0.9))
     centred = _smooth(centred, 0.04 * rate * 60.0 / heart_rates[1])
     centred = centred - centred.mean()
-    first, last = int(rate * 60.0 / heart_rates[1]), int(np.ceil(rate * 60.0 / heart_rates[0]))
-    length = repeat_length(centred, first, last)
+    length = _repeats(centred, rate, heart_rates)
     if length is None:
         raise NumericalError(
             f"{where}: the signal does not repeat between {heart_rates[0]:g} and {heart_rates[1]:g} beats/min; "
             "is it the right channel, is it covered by noise, or is the heart rate in another range? Then name "
             "the species or the range",
-            _OTHER_RATES,
+            _other_rates(centred, rate, heart_rates),
         )
     return length
+
+
+def _repeats(values: np.ndarray, rate: float, heart_rates: tuple[float, float]) -> float | None:
+    return repeat_length(values, int(rate * 60.0 / heart_rates[1]), int(np.ceil(rate * 60.0 / heart_rates[0])))
+
+
+def _other_rates(values: np.ndarray, rate: float, heart_rates: tuple[float, float]) -> tuple[SetSetting, ...]:
+    """Return the species at whose heart rates a signal repeats, or else all others, and the range."""
+    different = {name: species.heart_rates for name, species in SPECIES.items() if species.heart_rates != heart_rates}
+    repeating = [name for name, rates in different.items() if _repeats(values, rate, rates) is not None]
+    return (
+        *(SetSetting(f"It is a {name}", "species", name) for name in repeating or different),
+        SetSetting("Name the heart rates", "averaging.heart_rates"),
+    )
 
 
 def _peaks(strength: np.ndarray, length: float) -> np.ndarray:

@@ -40,8 +40,9 @@ MANY_REJECTED = look_kind(
 FEW = look_kind(
     "recording.few-beats",
     "only {beats} good beats were found and averaged, {wanted} are wanted; errors count accordingly",
-    "Record longer, or choose a longer stretch.",
+    "Choose a longer stretch, average over the breath where breaths reject most beats, or record longer.",
     STRETCH,
+    AVERAGE_BREATHS,
 )
 MANY_UNUSUAL = look_kind(
     "recording.unusual-beats",

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.base.cures import RemoveAnimal, SetCells, SetSetting
+from vasowave.base.cures import UNKNOWN, RemoveAnimal, SetCells, SetSetting
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
 from vasowave.base.findings import ITSELF, Finding, FindingKind, Place, Severity, Value, error_kind, look_kind
 from vasowave.base.io.remembered import made_once
 from vasowave.base.io.textfile import look
+from vasowave.base.sites import PULMONARY
 from vasowave.catheter.signals.same_signal import PressureTrace, are_of_one, trace_of
 from vasowave.pulse.calibration.parameters import ParameterLimits, fitted_parameters, parameter_space
 from vasowave.pulse.cycle.cycle import Recording
@@ -61,6 +62,14 @@ WEDGE_OF_SOME = look_kind(
     "can make groups differ",
     "Give the wedge of every recording, or of none.",
 )
+WEDGE_OF_NONE = look_kind(
+    "check.wedge-of-none",
+    "no recording has a wedge pressure, in a {species} often a third of the mean pressure: PVR and R_T count from 0, "
+    "are too large, and differ less between groups than they should",
+    "Give the wedge of every recording, or say with the results that it was not measured.",
+    SetCells("Give its wedge pressure", (("wedge [mmHg]", UNKNOWN),)),
+)
+_WEDGED_SPECIES = "dog", "pig", "human"  # whose right hearts are catheterized with a balloon
 PAPER_BOUNDS = look_kind(
     "check.paper-bounds",
     "{key}: some optima that the paper prints lie outside its own bounds of β and c1; {remedy}",
@@ -154,13 +163,21 @@ def check_study(path: Path) -> Checked:
             animals.append((row, loaded))
         except VasowaveError as error:
             problems.append(unreadable(error, place, row.files.values()))
-    wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
-    if wedged and len(wedged) < len(study.animals):
-        finding = WEDGE_OF_SOME(count=len(wedged), all=len(study.animals))
-        problems.append(StudyProblem(finding.at(str(study.table), part="column 'wedge [mmHg]'")))
+    problems += _unwedged(study)
     problems += _half_known(study)
     problems += _once([*doubled_animals(study), *_alike(study, animals), *_of_one_recording(study, animals)])
     return Checked(one_per_cause(problems), read, named.settings, design)
+
+
+def _unwedged(study: Study) -> list[StudyProblem]:
+    """Return what is to be said of recordings without a pressure behind the vascular beds."""
+    wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
+    species, place = study.settings.species, Place(str(study.table), part="column 'wedge [mmHg]'")
+    if wedged and len(wedged) < len(study.animals):
+        return [StudyProblem(WEDGE_OF_SOME(count=len(wedged), all=len(study.animals)).placed(place))]
+    if study.animals and not wedged and species in _WEDGED_SPECIES and study.settings.site == PULMONARY:
+        return [StudyProblem(WEDGE_OF_NONE(species=species).placed(place))]
+    return []
 
 
 class _Loaded(NamedTuple):
@@ -323,7 +340,7 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
         for row in study.animals:
             files = row.recordings if title == "recording" else filter(None, [getattr(row, title)])
             in_file = row.subject_row or row.pressure_channel  # what tells it from others in its file
-            in_file = in_file.casefold() if title == "recording" else ""
+            in_file = f"{in_file} {row.sheet}".casefold() if title == "recording" else ""
             for content in _contents([*files]):
                 earlier_row = first.setdefault(content + in_file, row)
                 if earlier_row is not row and not _meant(row, earlier_row):

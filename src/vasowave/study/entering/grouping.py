@@ -16,8 +16,9 @@ _WORD = re.compile(rf"[^\W_]+[+-]{{2,}}+(?![^\W_])|{_PLAIN.pattern}")
 _WILD_TYPE = "++"
 _BETWEEN_MARKS = re.compile(r"(?:(?<=[+-]{2})|(?<![+-]))\+(?=\s*[^\W_])")  # not within a genotype
 _REFERENCE = ("ctl", "ctrl", "control", "controls", "con", "wt", "wildtype", "wild", "sham", "normoxia", "normoxic",
-              "normoxie", "nox", "nx", "veh", "vehicle", "placebo", "saline", "healthy", "naive", "baseline", "untreated",
-              "kontrolle", "kontroll", "gesund", "contrôle", "controle", "témoin", "temoin", "controllo")  # fmt: skip
+              "normoxie", "nox", "nx", "veh", "vehicle", "placebo", "saline", "healthy", "naive", "baseline",
+              "untreated", "kontrolle", "kontroll", "gesund", "contrôle", "controle", "témoin", "temoin",
+              "controllo")  # fmt: skip
 """What groups are called that others are compared with."""
 
 _NO_GROUP = ("m", "f", "male", "female", "mouse", "mice", "rat", "animal", "rec", "recording", "recordings", "data",

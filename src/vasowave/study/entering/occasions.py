@@ -155,10 +155,10 @@ def _marks(names: Sequence[Sequence[str]], place: int) -> list[_Mark | None]:
     marks = [_mark(of_file[place], place) if place < len(of_file) else None for of_file in names]
     if place == 0:
         return marks
-    beside = {tuple(of_file[place + 1 :]) for of_file, mark in zip(names, marks, strict=True)
+    parents = {tuple(of_file[place + 1 :]) for of_file, mark in zip(names, marks, strict=True)
               if mark and not mark.remainder and mark.level in BASELINE_WORDS}  # fmt: skip
     return [
-        _Mark(" ".join(words(of_file[place])), "", "", place) if tuple(of_file[place + 1 :]) in beside
+        _Mark(" ".join(words(of_file[place])), "", "", place) if tuple(of_file[place + 1 :]) in parents
         else mark or _of_first(of_file[0])
         for of_file, mark in zip(names, marks, strict=True)
     ]  # fmt: skip

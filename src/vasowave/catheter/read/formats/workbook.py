@@ -24,7 +24,7 @@ from vasowave.catheter.signals.signal import ALIASES, Signal
 SHEET_READ = look_kind(
     "recording.sheet",
     "the sheets {names} hold signals; '{sheet}' was read. {remedy}",
-    "If another is meant, name it.",
+    "If another is meant, name it; if each is a recording, give each a row with its sheet.",
     SetCells("Name another sheet", (("sheet", UNKNOWN),)),
 )
 SHEET_REFUSED = look_kind(
