@@ -10,6 +10,7 @@ from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.study.entering.animal_sheet import AnimalSheet
 from vasowave.study.entering.grouping import Marks, told_group, within
 from vasowave.study.entering.grouping import words as words_of
+from vasowave.study.entering.occasions import is_occasion
 from vasowave.study.entering.sorting import Recorded, files_in, sort_files
 from vasowave.study.entering.table import RecordingIndex, seen_from
 from vasowave.study.folder.names import plain_name
@@ -185,13 +186,13 @@ def told_network(
 
 
 def name_animals(new: Sequence[AddedRow], taken: Sequence[str]) -> None:
-    """Call the animals like their files; those whose files are called alike get their folder's name before it."""
+    """Call the animals like their files; of files called alike, or after an occasion, the folder stands before it."""
     stems = [row.recorded.name.casefold() for row in new]
     names = {name.casefold() for name in taken}
     for row in new:
         stem, folder = row.recorded.name, row.recorded.files[0].absolute().parent.name
         alike = stems.count(stem.casefold()) > 1 or plain_name(stem).casefold() in names
-        name = plain_name(f"{folder} {stem}" if alike else stem)
+        name = plain_name(f"{folder} {stem}" if alike or is_occasion(stem) else stem)
         numbered = (name if n == 1 else f"{name} ({n})" for n in range(1, len(names) + 2))
         row.cells["animal"] = next(candidate for candidate in numbered if candidate.casefold() not in names)
         names.add(row.cells["animal"].casefold())

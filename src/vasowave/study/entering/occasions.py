@@ -113,6 +113,12 @@ def _by_time(level: str) -> tuple[bool, int]:
     return level not in BASELINE_WORDS, int(level) if level.isdecimal() else 0
 
 
+def is_occasion(name: str) -> bool:
+    """Whether a name is that of an occasion and nothing else: ``baseline``."""
+    mark = _mark(name, 0)
+    return mark is not None and not mark.remainder
+
+
 def _reading(
     files: Sequence[Path], names: Sequence[Sequence[str]], animals: Sequence[str], place: int
 ) -> Occasions | None:
