@@ -258,7 +258,7 @@ def test_vessels_that_do_not_go_together_are_refused(tmp_path):
     [
         ("{", "not YAML"),
         ("[" * 2000, "not YAML"),
-        ("a: 1", "no configuration of openBF"),
+        ("a: 1", "not a configuration of openBF"),
         ("network: 3", "is not a list"),
         ("network: []\nblood: {}", "lists no vessel"),
         ("network: [1]\nblood: {rho: 1, mu: 1}", "not a list of keys"),

@@ -47,6 +47,8 @@ class BeatRules:
         The next is tried while marks scatter about the pressure's beats by more than this share of a beat.
     closer : float
         It is taken where they scatter less than this share of before.
+    surplus : float
+        It is not taken where it finds more beats than the pressure has, by more than this share of them.
     """
 
     refractory_share: float = 0.55
@@ -59,6 +61,7 @@ class BeatRules:
     pieces: tuple[tuple[float, float], ...] = ((1.0, 1.0), (1.0, 2.5), (2.5, 1.0), (6.0, 1.0))
     loose: float = 0.005
     closer: float = 0.8
+    surplus: float = 0.05
 
 
 RULES = BeatRules()
@@ -179,7 +182,8 @@ def _r_waves(raw: RawRecording, ecg: np.ndarray, heart_rates: tuple[float, float
         half = max(round(0.006 / slower * raw.sampling_rate), 3)
         marks, shape_of_beat = _align(shape, peaks, round(longer * half))
         of_marks = _scatter(raw.pressure, marks, length_of_pressure or length)
-        if not len(times) or of_marks < RULES.closer * scatter:
+        surplus = len(marks) * (length_of_pressure or length) / len(ecg) - 1
+        if not len(times) or (of_marks < RULES.closer * scatter and surplus <= RULES.surplus):
             times, scatter = marks + _extremum(shape_of_beat), of_marks
         if not length_of_pressure or scatter <= RULES.loose * length_of_pressure:
             break

@@ -199,7 +199,7 @@ def _word(place: str, key: str, value: Any) -> str:
 def _part(path: Path, config: Mapping[str, Any], key: str, kind: type) -> Any:
     section = config.get(key)
     if not isinstance(section, kind):
-        raise InputError(f"{path}: '{key}' is missing or is no {'list' if kind is list else 'section'}")
+        raise InputError(f"{path}: '{key}' is missing or is not a {'list' if kind is list else 'section'}")
     return section
 
 
