@@ -71,6 +71,9 @@ def test_words_of_a_row_are_those_that_are_known(folder):
     assert rowed(folder, synthetic="maybe")[1] == [("synthetic", "'maybe'; write yes or no")]
     assert rowed(folder, group="CTK")[1][0][1].endswith("write one of its groups (CTL, HPH), or add this one to them")
     assert rowed(folder, group="")[1] == [("group", "the cell is empty")]
+    assert rowed(folder, network="")[1] == [
+        ("network", "the cell is empty: a study fits a model to the vessels of a lung")
+    ]
     assert [part for part, _ in rowed(folder, pressure_unit="mlHg", flow_unit="furlong")[1]] == [
         "pressure unit", "flow unit"
     ]  # fmt: skip

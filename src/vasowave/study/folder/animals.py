@@ -58,6 +58,12 @@ NO_COLUMN = error_kind(
 EMPTY_CELL = error_kind(
     "animals.empty-cell", "the cell is empty", "Fill it in.", SetCells("Fill the cell", (("{column}", UNKNOWN),))
 )
+NO_NETWORK = error_kind(
+    "animals.no-network",
+    "the cell is empty: a study fits a model to the vessels of a lung",
+    "Name the file of its vessels. What a recording alone tells needs no study.",
+    SetCells("Name its vessels", (("network", UNKNOWN),)),
+)
 UNKNOWN_GROUP = error_kind(
     "animals.unknown-group",
     "'{group}' is not a group of the study{hint}; {remedy}",
@@ -329,7 +335,7 @@ def _implied_kind(cell: Mapping[str, str]) -> str:
 def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, report: Say) -> None:
     for title in REQUIRED_COLUMNS:
         if not cell[title]:
-            report(title, EMPTY_CELL(column=title))
+            report(title, NO_NETWORK() if title == "network" else EMPTY_CELL(column=title))
     try:
         checked_name(cell["animal"] or "empty")
     except InputError as error:
