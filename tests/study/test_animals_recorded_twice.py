@@ -76,6 +76,8 @@ def test_controls_that_were_recorded_once_count_as_recorded_at_the_beginning():
     assert times(occasions) == [("P6", "baseline"), ("P6", "iloprost 20 min"), ("P8", "baseline"),
                                 ("P8", "iloprost 20 min"), ("P1", "baseline"), ("P3", "baseline")]  # fmt: skip
     assert (occasions.clear, occasions.assumed) == (True, ("P3",))
+    again = reading(*treated, "hypoxia/P6/P6")  # a third recording of which no name says when
+    assert (times(again)[-1], again.assumed) == (("P6", ""), ())
     other_folders = [f"hypoxia/P{n}/{folder}/P{n}" for n in (6, 8) for folder in ("left", "right")]
     assert reading(*other_folders) is None
 

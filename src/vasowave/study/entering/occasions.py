@@ -142,8 +142,9 @@ def _reading(
     if not (begun and _complete(subjects, levels) and (all(animals) or not _repeated(subjects, levels))):
         return Occasions(tuple(subjects), tuple(levels), column, tuple(bare), False)
     beginning = next(filter(_begins, levels), "")
-    assumed = [name for name, level in zip(subjects, levels, strict=True) if beginning and not level]
-    levels = [level or beginning for level in levels]
+    unsaid = [subjects.count(name) == 1 and not level for name, level in zip(subjects, levels, strict=True)]
+    assumed = [name for name, is_unsaid in zip(subjects, unsaid, strict=True) if is_unsaid and beginning]
+    levels = [beginning if is_unsaid else level for level, is_unsaid in zip(levels, unsaid, strict=True)]
     return Occasions(tuple(subjects), tuple(levels), column, tuple(bare), True, tuple(assumed))
 
 

@@ -131,7 +131,7 @@ def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
     Raises
     ------
     InputError
-        A name that is not a file and no folder, or nothing at all.
+        A name that is neither a file nor a folder, or nothing at all.
     """
     files: dict[Path, Path] = {}
     suffixes = {*RECORDINGS.suffixes, *NETWORKS.suffixes}
