@@ -61,6 +61,7 @@ def test_a_setting_by_its_key_is_that_of_its_option(tmp_path, by_key, by_option)
     second = CliRunner().invoke(app, [*start, *by_option]).exception
     assert isinstance(first, InputError)
     assert str(first) == str(second)
+    assert by_option[0] in str(first)
 
 
 @pytest.mark.parametrize("before", [["--set", "calibration.starts=3"], ["--starts", "3"]])

@@ -304,11 +304,15 @@ def read_row(
         if numbers[f"{signal}_damping"] and not numbers[f"{signal}_cutoff"]:
             note(f"{signal} damping [1]", NO_FREQUENCY(signal=signal))
             return None, wrong
+    title = "animal"
     try:
         KnownErrors(**known_errors)
-        relative_to_usual(numbers["hematocrit"], numbers["temperature"])
+        title = "hematocrit [1]"
+        relative_to_usual(numbers["hematocrit"])
+        title = "temperature [°C]"
+        relative_to_usual(None, numbers["temperature"])
     except InputError as error:
-        note("animal", UNREADABLE(text=str(error)))
+        note(title, UNREADABLE(text=str(error)))
         return None, wrong
     row = AnimalRow(
         cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
