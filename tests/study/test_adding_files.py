@@ -168,6 +168,25 @@ def test_what_nothing_tells_is_said_and_left_empty_and_what_is_no_recording_is_n
     assert "no recording among these files" in str(nothing.exception)
 
 
+def test_networks_that_come_later_go_to_the_animals_that_wait_for_them(lab, tmp_path):
+    """By an animal's name or its group, then to all where there is one; an animal keeps the network that it has."""
+    study = tmp_path / "s"
+    new_study(study)
+    add_files(study, [lab / "normoxia", lab / "hypoxia"], groups="normoxia,hypoxia")
+    files = [tmp_path / name for name in ("M11.csv", "hypoxia.csv", "lung.csv")]
+    for file in files:
+        file.write_text((lab / "lung.csv").read_text("utf-8"), "utf-8")
+    by_name = add_files(study, files[:2])
+    assert not by_name.rows
+    assert by_name.updated == ("M11", "M21")
+    assert any("M12, M13" in sentence for sentence in by_name.said)
+    assert add_files(study, files[2:]).updated == ("M12", "M13")
+    networks = {row["animal"]: row["network"].rpartition("/")[2] for row in read_rows(study / "animals.csv").rows}
+    assert networks == {"M11": "M11.csv", "M12": "lung.csv", "M13": "lung.csv", "M21": "hypoxia.csv"}
+    with pytest.raises(InputError, match="no recording among these files"):
+        add_files(study, files[2:])
+
+
 def test_files_beside_a_recording_are_found_from_where_they_were_typed(lab, tmp_path, monkeypatch):
     """As recordings and networks are, whose names the table holds as seen from the study."""
     monkeypatch.chdir(tmp_path)

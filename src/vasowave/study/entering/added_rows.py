@@ -185,6 +185,18 @@ def told_network(
     return next((candidates[0] for candidates in candidate_lists if len(candidates) == 1), None)
 
 
+def fill_networks(
+    rows: Sequence[dict[str, str]], network_of: Callable[[str, str], Path | None], folder: Path
+) -> list[str]:
+    """Write the network that goes with an animal's name and group into rows without any; return their animals."""
+    filled = []
+    for row in rows:
+        if not row.get("network") and (file := network_of(row["animal"], row.get("group", ""))):
+            row["network"] = seen_from(folder, file)
+            filled.append(row["animal"])
+    return filled
+
+
 def name_animals(new: Sequence[AddedRow], taken: Sequence[str]) -> None:
     """Call the animals like their files; of files called alike, or after an occasion, the folder stands before it."""
     stems = [row.recorded.name.casefold() for row in new]

@@ -14,6 +14,7 @@ from vasowave.study.entering.added_rows import (
     AddedRow,
     Ask,
     cells_of,
+    fill_networks,
     fill_row,
     kept_groups,
     kept_networks,
@@ -83,8 +84,8 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     whose names differ in that word only, are one animal. An animal is called like its file. Its group is the one that
     its file, or a folder above it, is named by; where no name holds a group of the study, the groups that names speak
     of are proposed. Its network is the one of its name, of its group, or the only one, unless a file was refused,
-    which may be another. A recording that is in the table keeps its row, whose empty cells are filled; one with the
-    bytes of another is left out.
+    which may be another; animals of the table that wait for a network get theirs likewise. A recording that is in the
+    table keeps its row, whose empty cells are filled; one with the bytes of another is left out.
 
     Parameters
     ----------
@@ -183,8 +184,12 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     remarks += [*kept_networks(touched, networks), *kept_groups(touched, options.group)]
     name_animals(new, [row["animal"] for row in before.rows])
     updated = [entry for entry in touched if fill_row(entry, options.columns)]
+    filled = fill_networks(before.rows, lambda name, group: told_network(
+        name, group, marks, files.networks, folder, serves_all), folder)  # fmt: skip
     rows = [entry.cells for entry in new]
     concerned = [*rows, *(entry.old for entry in touched if entry.old is not None)]
+    if files.networks:
+        concerned += [row for row in before.rows if not (row.get("network") or row in concerned)]
     in_use = {*settings.groups, *(row["group"] for row in concerned)}
     marks = {label: words for label, words in marks.items() if label != options.group or label in in_use}
     marks = _settled(marks, options.groups, {row["group"] for row in [*before.rows, *rows]}, had)
@@ -200,7 +205,7 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
         remarks.append(f"{unchanged} of these recordings are in the table already, with all this")
     sentences = dict.fromkeys([*copies, *shared_remarks([*new, *updated]), *remarks])
     changed = tuple(dict.fromkeys([*(entry.old["animal"] for entry in updated if entry.old), *in_sheets,
-                             *times.updated]))  # fmt: skip
+                             *times.updated, *filled]))  # fmt: skip
     if any(not row.get("network") for row in concerned):
         cures += [SetCells("Name the network", (("network", UNKNOWN),))]
     return RowPlan(contents, Added(table, tuple(rows), changed, tuple(sentences),
@@ -261,7 +266,8 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
         )
         remark = f"passed over, for no reader has their type (save as .xlsx or CSV): {names}"
         sorted_files = sorted_files._replace(remarks=(remark,))
-    if not sorted_files.recordings and not sorted_files.sheets:
+    for_rows = sorted_files.networks and any(not row.get("network") for row in read_rows(table).rows)
+    if not (sorted_files.recordings or sorted_files.sheets or for_rows):
         reasons = "\n".join(f"  {refusal}" for refusal in (*sorted_files.refused, *_of_texts(sorted_files.texts)))
         hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""
         raise InputError(f"no recording among these files{hint}" + (f":\n{reasons}" if reasons else ""))

@@ -152,17 +152,20 @@ def schema_text() -> str:
 
 
 def animals_text() -> str:
-    """Return ``animals.csv`` without animals: what the columns mean, and the header of the usual ones."""
+    """Return ``animals.csv`` without animals: what the usual columns mean, the names of all others, and a header."""
+    usual = ["animal", "group", "network", "recording", "flow", "kind", "period [s]"]
     lines = ["# One row per animal. Files are relative to this folder. Columns that are not needed may be left out."]
-    for title, column in COLUMNS.items():
+    for title in usual:
         needed = " (needed)" if title in REQUIRED_COLUMNS else ""
-        lines.append(f"#   {title}{needed}: {column.meaning}")
+        lines.append(f"#   {title}{needed}: {COLUMNS[title].meaning}")
+    further = f"Further columns: {', '.join(title for title in COLUMNS if title not in usual)}."
     lines += [
+        *_comment(further + " What each means: docs/study-file.md, and the workbench above each.", ""),
         "# Examples:",
         "#   CTL 1,CTL,networks/control.csv,recordings/ctl-1.csv,,cycle,",
         "#   CTL 2,CTL,networks/control.csv,recordings/ctl-2-pressure.dat,recordings/ctl-2-flow.dat,cycle,0.11",
         "#   HPH 1,HPH,networks/hypoxic.csv,recordings/hph-1.txt,,raw,",
-        "animal,group,network,recording,flow,kind,period [s]",
+        ",".join(usual),
     ]
     return "\n".join(lines) + "\n"
 
