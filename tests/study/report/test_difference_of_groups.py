@@ -1,6 +1,7 @@
 """What makes the difference of two groups, against Welch's interval of SciPy and models whose difference is known."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -115,6 +116,25 @@ def test_what_a_treatment_changed_is_told_against_what_changed_without_it_by_wel
     assert excess.loc["walls", "mean"] == -1.0
     assert excess.index[0] == "change"
     assert excess["mean"].iloc[1:].sum() == pytest.approx(excess.loc["change", "mean"])
+
+
+def test_the_change_is_not_mistaken_for_a_share_where_pairs_differ_in_their_components():
+    """As where the wedge pressures of some pairs are alike: in the table, and in the sentence of the page."""
+    shares = {"a": {"walls": 1.0, "beds": 9.0}, "b": {"walls": 1.2, "beds": 9.5, "pressure behind beds": -0.7},
+              "c": {"beds": 8.0}}  # fmt: skip
+    made = followed("treated", shares)
+    means = made.means("mPAP")
+    total = float(np.mean([sum(of_animal.values()) for of_animal in shares.values()]))
+    assert means.index[0] == "change"
+    assert means["mean"].iloc[0] == pytest.approx(total)
+    assert means["mean"].drop("change").sum() == pytest.approx(total)
+    rows = {pair: pd.concat([exchange.shares.rename({"mPAP": name}) for name in ("mPAP", "pPAP", "power")])
+            for pair, exchange in made.exchanges.items()}  # fmt: skip
+    exchanges = {pair: ComponentExchange(of_pair, of_pair) for pair, of_pair in rows.items()}
+    changes = (replace(made, exchanges=exchanges),)
+    [(_, answer)] = attribution_answer(SimpleNamespace(changes=changes, reference="control"))
+    assert f"mean pressure +{total:.2g}" in answer
+    assert "(change" not in answer
 
 
 def test_shares_add_up_and_an_exchange_that_is_undone_takes_them_back(cohort):

@@ -65,8 +65,9 @@ class GroupAttribution:
 
     def rows(self, quantity: str, kind: str = "shares") -> pd.DataFrame:
         """Return the shares of every pair, or what is undone, a row each; what does not differ in a pair has 0."""
-        tables = {pair: getattr(exchange, kind) for pair, exchange in self.exchanges.items()}
-        return pd.DataFrame({pair: _changes(table.loc[quantity]) for pair, table in tables.items()}).T.fillna(0.0)
+        of_pairs = {pair: _changes(getattr(exchange, kind).loc[quantity]) for pair, exchange in self.exchanges.items()}
+        columns = list(dict.fromkeys(column for of_pair in of_pairs.values() for column in of_pair.index))
+        return pd.DataFrame(of_pairs).T.reindex(columns=columns).fillna(0.0)  # the union of pandas is sorted
 
     def _image_variance(self, quantity: str, kind: str, columns: pd.Index) -> np.ndarray:
         moved = (

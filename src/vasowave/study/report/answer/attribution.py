@@ -108,9 +108,9 @@ def _shares(changed: GroupAttribution) -> str:
 
 
 def _shown(means: pd.DataFrame, name: str) -> str:
-    """Return the change of a quantity, the shares in it that are shown, and the components whose share is not."""
+    """Return the change of a quantity, which is the first row, its shares that are shown, and what is not shown."""
     change = f"{_QUANTITIES[name]} {_signed(means.iloc[0])} {QUANTITIES[name].unit}"
-    shares = means.iloc[1:].sort_values("mean", key=np.abs, ascending=False)
+    shares = means.drop("change").sort_values("mean", key=np.abs, ascending=False)
     unclear = (shares["low"] <= 0) & (shares["high"] >= 0)
     shown = [f"{component} {_signed(row)}" for component, row in shares[~unclear].iterrows()]
     unshown = f"not shown: {listed(list(map(str, shares.index[unclear])))}" if unclear.any() else ""
