@@ -39,6 +39,7 @@ from vasowave.study.report.answer import (
     Crossing,
     Marks,
     answer_sections,
+    assumed_errors,
     by_fits,
     decay,
     group_answer,
@@ -262,6 +263,16 @@ def test_one_network_of_all_animals_is_said_to_move_them_alike(cohort_results):
                  replace(result, network=replace(result.network, radius=result.network.radius * (1 + 0.01 * place)))
                  for place, result in enumerate(cohort_results)]  # fmt: skip
     assert shared_images(gathered(one_group))[0].startswith("One imaged lung stands for all animals of CTL: ")
+    of_aorta = [replace(result, recording=result.recording.assign_attrs(site="aorta")) for result in same]
+    assert shared_images(gathered(of_aorta))[0].startswith("One imaged arterial tree stands for all animals")
+
+
+def test_an_error_that_differs_between_animals_is_given_as_a_range(cohort_results):
+    usual = cohort_results[0].assumed_errors[0]
+    results = [replace(result, assumed_errors=(usual._replace(name="flow_delay", sd=delay, unit="s", source="lab"),))
+               for result, delay in zip(cohort_results, (0.0031, 0.0036, 0.0033))]  # fmt: skip
+    [text] = assumed_errors(results)
+    assert "delay of the flow 0.0031 to 0.0036 s (stated)" in text
 
 
 def test_a_symbol_carries_its_meaning_and_a_word_stays_a_word():

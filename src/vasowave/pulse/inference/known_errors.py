@@ -1,6 +1,6 @@
 """Errors that a lab knows of image, probe and transducer: one list, of which priors, columns and keys are made."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Annotated, Any, Literal, NamedTuple, Self, get_type_hints
@@ -78,14 +78,13 @@ class ErrorKind:
 
 
 _WORDS = {
-    "radius_scale": "radii {percent:.3g} %", "length_scale": "lengths {percent:.3g} %",
-    "k": "exponent of stiffness along the tree {sd:.3g}", "taper": "taper of vessels {percent:.3g} %",
-    "image_pressure": "pressure of the image {percent:.3g} %", "flow_gain": "gain of the flow {percent:.3g} %",
-    "flow_delay": "delay of the flow {sd:.3g} s", "zero": "zero of the pressure {sd:.3g} mmHg",
-    "flow_zero": "zero of the flow {sd:.3g} ml/s", "pressure_lag": "lag of the pressure {sd:.3g} s",
-    "pressure_inertia": "inertia of the catheter {sd:.3g} s²", "flow_lag": "lag of the flow {sd:.3g} s",
-    "pressure_gain": "gain of the pressure {percent:.3g} %",
-    "viscosity": "viscosity of blood {percent:.3g} %",
+    "radius_scale": "radii {} %", "length_scale": "lengths {} %", "k": "exponent of stiffness along the tree {}",
+    "taper": "taper of vessels {} %", "image_pressure": "pressure of the image {} %",
+    "flow_gain": "gain of the flow {} %", "flow_delay": "delay of the flow {} s",
+    "zero": "zero of the pressure {} mmHg", "flow_zero": "zero of the flow {} ml/s",
+    "pressure_lag": "lag of the pressure {} s",
+    "pressure_inertia": "inertia of the catheter {} s²", "flow_lag": "lag of the flow {} s",
+    "pressure_gain": "gain of the pressure {} %", "viscosity": "viscosity of blood {} %",
 }  # fmt: skip
 
 
@@ -109,7 +108,14 @@ class AssumedError(NamedTuple):
     source: Literal["usual", "lab", "image"]
 
     def __str__(self) -> str:
-        return _WORDS[self.name].format(sd=self.sd, percent=100 * self.sd)
+        return self.among([self])
+
+    def among(self, errors: Sequence["AssumedError"]) -> str:
+        """Return what this error is in several animals: ``delay of the flow 0.0031 to 0.0036 s``."""
+        words = _WORDS[self.name]
+        scale = 100 if "%" in words else 1
+        low, high = (f"{scale * choose(error.sd for error in errors):.3g}" for choose in (min, max))
+        return words.format(low if low == high else f"{low} to {high}")
 
 
 def _one(_: Observed) -> float:

@@ -76,7 +76,7 @@ class NumericsOfFits(Resolution):
 class Inputs:
     """What a study is of, and how its animals come to be calibrated."""
 
-    title: Text = "Pulmonary arteries of the groups"
+    title: Text = "Arteries of the groups"
     """Title of the report."""
     animals: Text = "animals.csv"
     """The table of animals, beside this file."""

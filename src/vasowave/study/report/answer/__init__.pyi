@@ -14,6 +14,7 @@ from vasowave.study.report.answer.groups import group_answer as group_answer
 from vasowave.study.report.answer.groups import influence as influence
 from vasowave.study.report.answer.groups import not_told as not_told
 from vasowave.study.report.answer.groups import other_laws as other_laws
+from vasowave.study.report.answer.limits import assumed_errors as assumed_errors
 from vasowave.study.report.answer.limits import model_limits as model_limits
 from vasowave.study.report.answer.limits import shared_images as shared_images
 from vasowave.study.report.answer.marks import Marks as Marks

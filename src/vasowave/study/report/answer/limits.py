@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vasowave.base.sites import PULMONARY
+from vasowave.pulse.inference.known_errors import AssumedError
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.effects import Effect, GroupEffect, grouped
@@ -46,12 +48,13 @@ def assumed_errors(results: Sequence[AnimalResult], drawn: bool = False) -> list
 
     Those that are `drawn` by posteriors weigh the error of the model itself, too.
     """
-    errors_by_source: dict[str, dict[str, None]] = {}
-    for known_error in (error for result in results for error in result.assumed_errors):
-        errors_by_source.setdefault(known_error.source if known_error.sd > 0 else "exact", {})[str(known_error)] = None
+    errors_by_source: dict[str, dict[str, list[AssumedError]]] = {}
+    for error in (error for result in results for error in result.assumed_errors):
+        alike = errors_by_source.setdefault(error.source if error.sd > 0 else "exact", {})
+        alike.setdefault(error.name, []).append(error)
     words = {"usual": "{} (usual values; the study gives none)", "image": "{} (by the image)", "lab": "{} (stated)"}
     sentences = [
-        text.format(listed(list(errors_by_source[source])))
+        text.format(listed([errors[0].among(errors) for errors in errors_by_source[source].values()]))
         for source, text in words.items()
         if source in errors_by_source
     ]
@@ -100,15 +103,24 @@ def shared_images(cohort: Cohort) -> list[str]:
     alike = [group for group, results in cohort.groups.items() if len(results) > 1 and _share_a_network(results)]
     if not alike:
         return []
+    organ = _organ(cohort)
     if _share_a_network(cohort.results):
         return [
-            "One imaged lung stands for all animals: errors of its measurement are the same in all; how lungs of "
-            "animals differ is not measured."
+            f"One imaged {organ} stands for all animals: errors of its measurement are the same in all; how {organ}s "
+            "of animals differ is not measured."
         ]
     groups = f"{'each of ' if len(alike) > 1 else ''}{listed(alike)}"
     if len(alike) == len(cohort.groups):
-        return ["Each group has one imaged lung, which stands for all its animals; how lungs differ is not measured."]
-    return [f"One imaged lung stands for all animals of {groups}: how lungs of a group differ is not measured."]
+        return [
+            f"Each group has one imaged {organ}, which stands for all its animals; how {organ}s differ is not measured."
+        ]
+    return [f"One imaged {organ} stands for all animals of {groups}: how {organ}s of a group differ is not measured."]
+
+
+def _organ(cohort: Cohort) -> str:
+    """Return what was imaged: the lung, or the arteries behind another site."""
+    sites = {str(result.recording.attrs.get("site", PULMONARY)) for result in cohort.results}
+    return "lung" if sites == {PULMONARY} else "arterial tree"
 
 
 def _share_a_network(results: list[AnimalResult]) -> bool:
@@ -179,22 +191,23 @@ def basis(cohort: Cohort, primary: Primary, called: Called) -> list[str]:
     if not primary.law or not primary.effects:
         return []
     images = shared_images(cohort)
-    lungs = [*_lungs(primary), *_tipping(primary.effects, called)] if images else []
+    organ = _organ(cohort)
+    lungs = [*_lungs(primary, organ), *_tipping(primary.effects, called, organ)] if images else []
     drawn = any(effect.origin == "posterior" for effect in primary.effects)
     measured = any(effect.source == "measured" for effect in primary.effects)
     without_image = ["No image is behind numbers that are measured."] if measured else []
     return [*images, *assumed_errors(cohort.results, drawn), *lungs, *without_image]
 
 
-def _lungs(primary: Primary) -> list[str]:
-    """Say how much lungs of one group are taken to differ."""
+def _lungs(primary: Primary, organ: str) -> list[str]:
+    """Say how much lungs (or what was imaged) of one group are taken to differ."""
     if primary.lungs is None:
         return []
     share, source = number(100 * primary.lungs.sd, 2), _SOURCES[primary.lungs.source]
-    return [f"Radii are taken to differ by {share} % between lungs of one group (SD; {source})."]
+    return [f"Radii are taken to differ by {share} % between {organ}s of one group (SD; {source})."]
 
 
-def _tipping(effects: Sequence[Effect], called: Called) -> list[str]:
+def _tipping(effects: Sequence[Effect], called: Called, organ: str) -> list[str]:
     """Say which effects other lungs would hide, and which would be shown if lungs differed less."""
     several = len(labels(effects)) > 1
     tipped = [effect for effect in effects if isinstance(effect, GroupEffect) and 0 < effect.tipping_lung_sd < np.inf]
@@ -207,7 +220,8 @@ def _tipping(effects: Sequence[Effect], called: Called) -> list[str]:
 
     texts = {
         EffectVerdict.SHOWN: "If they differ more, effects are no longer shown: {}.",
-        EffectVerdict.OPEN: "If they differ less, which more imaged lungs of a group would tell, more are shown: {}.",
+        EffectVerdict.OPEN: f"If they differ less, which more imaged {organ}s of a group would tell, more are shown: "
+        "{}.",
     }
     return [
         text.format(listed([named(effect) for effect in effects_by_standing[verdict]]))
