@@ -367,6 +367,20 @@ def described(command, name):
         yield from described(command.resolve_command(typer.Context(command), [inner])[1], f"{name} {inner}")
 
 
+@pytest.mark.parametrize(("command", "typed"), [("simulate", False), ("fit", True)])
+def test_an_option_is_offered_by_commands_that_have_it_alone(tmp_path, command, typed):
+    """Here the unit of a pressure, which a simulation has no option for."""
+    _write_mouse(tmp_path)
+    text = (tmp_path / "cycle.csv").read_text("utf-8")
+    (tmp_path / "cycle.csv").write_text(text.replace("pressure [mmHg]", "pressure"), "utf-8")
+    process = _vasowave(command, "network.csv", "cycle.csv", "-o", "out.nc" if command == "simulate" else "out",
+                        cwd=tmp_path)  # fmt: skip
+    said, _ = process.communicate()
+    assert process.returncode == 1
+    assert "'pressure' has no unit" in said
+    assert ("--unit" in said) == typed
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [(["m.csv"], "m.csv"), (["--bed", "rc"], "--bed"), (["--seed", "1"], "--seed")],

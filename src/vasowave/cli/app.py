@@ -14,7 +14,7 @@ from typer.core import TyperGroup
 
 from vasowave.base.errors import VasowaveError
 from vasowave.base.runtime.thread_limits import threads
-from vasowave.cli.signatures import TYPED, VERBOSE
+from vasowave.cli.signatures import OPTIONS, TYPED, VERBOSE
 
 WRONG_INPUT, FAILED = 1, 3
 """Exit status: a file, a value or a study is wrong; the input is fine, but (an animal's) numbers did not come out.
@@ -37,6 +37,8 @@ class Commands(TyperGroup):
             command = with_settings(name, command)
         if command is not None:
             _refuse_repeated(ctx, command, arguments)
+            OPTIONS.set(frozenset(option for parameter in command.params for option in
+                                  (*parameter.opts, *parameter.secondary_opts)))  # fmt: skip
         return name, command, arguments
 
     def invoke(self, ctx: Any) -> Any:

@@ -27,7 +27,7 @@ from vasowave.base.cures import (
 )
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, sentence
-from vasowave.cli.signatures import TYPED, VERBOSE
+from vasowave.cli.signatures import OPTIONS, TYPED, VERBOSE
 from vasowave.study import entering
 from vasowave.study import folder as folders
 from vasowave.study import report as reports
@@ -54,7 +54,7 @@ class Shell:
 
     def below(self, cures: Iterable[Cure], animals: Sequence[str] = ()) -> str:
         """Return the lines of the commands that mend a finding about some animals, each begun anew; may be empty."""
-        commands = dict.fromkeys(filter(None, (self.command(cure, animals) for cure in cures)))
+        commands = dict.fromkeys(filter(_typable, (self.command(cure, animals) for cure in cures)))
         return "".join(f"\n    {command}" for command in list(commands)[:_MAX_COMMANDS])
 
     def command(self, cure: Cure, animals: Sequence[str] = ()) -> str:
@@ -113,6 +113,12 @@ class Shell:
             case RunAgain():
                 return f"vasowave run {study}"
         return ""
+
+
+def _typable(command: str) -> bool:
+    """Whether there is a command and, where it is options to add, the command that runs has them."""
+    options = {word.partition("=")[0] for word in command.split() if word.startswith("--")}
+    return bool(command) and (not command.startswith("--") or options <= (OPTIONS.get() or options))
 
 
 def _typed_path(path: Path) -> str:

@@ -13,6 +13,9 @@ VERBOSE: ContextVar[bool] = ContextVar("VERBOSE", default=False)
 TYPED: ContextVar[Mapping[str, object] | None] = ContextVar("TYPED", default=None)
 """The options of columns that were typed; None of a command that has none."""
 
+OPTIONS: ContextVar[frozenset[str] | None] = ContextVar("OPTIONS", default=None)
+"""The options of the command that runs; None where none does."""
+
 
 def with_parameters(function: Callable[..., None], parameters: list[inspect.Parameter]) -> Callable[..., None]:
     """Give a function the parameters that typer makes options of."""
