@@ -105,6 +105,19 @@ def test_a_network_says_what_it_is():
         tree.row("x")
 
 
+@pytest.mark.parametrize(("vessel", "factor", "named"), [(3, 10.0, True), (16, 10.0, True), (3, 2.0, False)])
+def test_a_vessel_that_is_ten_times_too_long_is_named_and_twice_is_not(tmp_path, vessel, factor, named):
+    network = control_network()
+    length = network.length.copy()
+    length[vessel] *= factor
+    write_network(network.resized(length=length), tmp_path / "network.csv")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        read_network(tmp_path / "network.csv")
+    texts = [str(warning.message) for warning in caught if "radii long" in str(warning.message)]
+    assert [f"vessel '{network.name[vessel]}'" in text for text in texts] == [True] * named
+
+
 def test_a_vessel_four_times_as_wide_as_its_parent_is_named_and_one_as_wide_is_not(tmp_path):
     header = "name,parent,length [cm],radius [cm]\n"
     with pytest.warns(VasowaveWarning, match=r"vessel 'b' is 4 times as wide as its parent \(0.16 cm after 0.04 cm\)"):

@@ -28,6 +28,13 @@ WIDENS = look_kind(
     "decimal point in the wrong place?",
     "Correct the radius in the network's file, or keep it if the vessel really is a bulge.",
 )
+LONG = look_kind(
+    "network.long",
+    "vessel '{vessel}' is {ratio:.2g} radii long ({length:.3g} cm), where vessels of this network are {usual:.2g} "
+    "(median): is a decimal point in the wrong place?",
+    "Correct the length in the network's file, or keep it if the vessel really has no branch for so long.",
+)
+_LONG_RADII, _LONG_SD, _MIN_SD = 30.0, 2.5, 0.35  # of ln(length/radius), robust; 2.0 SD is the most of ten real trees
 NO_PRESSURE = look_kind(
     "network.pressure-unknown",
     "The pressure at which the vessels were imaged is not known; their radii are taken for those at zero pressure. If "
@@ -52,6 +59,18 @@ def implausible_sizes(network: Network) -> list[Finding]:
     sizes = {"radius": float(network.radius[row]), "parent": float(network.radius[network.parent[row]])}
     wide = [WIDENS(ratio=float(ratios[row]), **sizes).at(vessel=network.name[row])] if ratios[row] > _WIDER else []
     return [*slender, *root, *wide]
+
+
+def long_vessels(network: Network) -> list[Finding]:
+    """Return the vessel that is longest beside its radius, if it stands out from the others."""
+    radii = np.log(network.length / network.radius)
+    usual = float(np.median(radii))
+    sd = max(1.4826 * float(np.median(np.abs(radii - usual))), _MIN_SD)
+    row = int(np.argmax(radii))
+    if radii[row] < max(usual + _LONG_SD * sd, np.log(_LONG_RADII)):
+        return []
+    ratio, length = float(np.exp(radii[row])), float(network.length[row])
+    return [LONG(ratio=ratio, length=length, usual=float(np.exp(usual))).at(vessel=network.name[row])]
 
 
 def unlike_the_species(network: Network, species: str, unit: float | None = None) -> str:

@@ -21,7 +21,7 @@ from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.base.io.textfile import regular_file
 from vasowave.base.units import factor
 from vasowave.pulse.network.network import Network
-from vasowave.pulse.network.remarks import implausible_sizes
+from vasowave.pulse.network.remarks import implausible_sizes, long_vessels
 from vasowave.pulse.network.titles import says_unit
 from vasowave.pulse.network.vessel_table import is_vessel_table, network_of, recognized, vessel_columns
 
@@ -150,7 +150,7 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     if not has_unit and unit is None:
         raise unit_wanted(path, form)
     network, findings = form.read(path, scale_of(unit) if unit is not None else 1.0)
-    for finding in (*findings, *implausible_sizes(network)):
+    for finding in (*findings, *implausible_sizes(network), *long_vessels(network)):
         warn(finding.at(str(path)))
     return network
 
