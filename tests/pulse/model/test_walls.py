@@ -3,6 +3,7 @@ import pytest
 
 from vasowave.base import InputError
 from vasowave.pulse.model import (
+    Blood,
     BoundaryLayer,
     LinearWall,
     Poiseuille,
@@ -119,6 +120,12 @@ def test_pressures_of_every_law_are_those_worked_out_by_hand():
     assert walls.pressure(TangentWall(9.0, 4.0), 2.0, 1.0) == pytest.approx(9.0)
     assert walls.pressure(VeinWall(23.0), 0.25, 1.0) == pytest.approx(0.25**10 - 8)
     assert TangentWall(9.0, 1.0).limits(9.0, 1.0) == (0.5, 1.5)
+
+
+@pytest.mark.parametrize(("given", "words"), [({"density": 1060.0}, "kg/m³"), ({"viscosity": 4.0}, "4 mPa s")])
+def test_a_blood_in_another_unit_is_refused(given, words):
+    with pytest.raises(InputError, match=words):
+        Blood(**given)
 
 
 def test_blood_has_the_friction_of_its_profile():

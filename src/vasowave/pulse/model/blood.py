@@ -75,6 +75,8 @@ _USUAL = 37.0  # °C
 class BoundaryLayer:
     """Flat profile with a linear boundary layer: friction 2πνr/δ · q/A (eq. 2).
 
+    In vessels thinner than 4 δ it drags less than `Poiseuille`'s profile, which drags least of all steady ones.
+
     Examples
     --------
     >>> import vasowave as vw
@@ -137,6 +139,9 @@ FRICTIONS: dict[FrictionName, type] = {"boundary-layer": BoundaryLayer, "poiseui
 """The friction laws by the name under which a study chooses them."""
 
 
+_MAX_DENSITY, _MAX_VISCOSITY = 10.0, 3.0  # g/ml and cm²/s: beyond, the number is in another unit
+
+
 @settings_class
 class Fluid:
     """A Newtonian fluid; the defaults are the paper's averages for the blood of mice."""
@@ -162,9 +167,14 @@ class Blood(Fluid):
     """Friction law: `BoundaryLayer` (eq. 2), `Poiseuille` or `PowerLaw`."""
 
     def __post_init__(self) -> None:
-        """Check the friction law."""
+        """Check the friction law, and density and viscosity for another unit."""
         if not hasattr(self.friction, "coefficients"):
             raise InputError(f"{self.friction!r} is no friction law; use BoundaryLayer(), PowerLaw(9) or Poiseuille()")
+        if self.density > _MAX_DENSITY:
+            raise InputError(f"density {self.density:g} g/ml is no liquid's; of kg/m³ write a thousandth")
+        if self.viscosity > _MAX_VISCOSITY:
+            raise InputError(f"viscosity {self.viscosity:g} cm²/s is no blood's (kinematic, 0.03 to 0.1); 4 mPa s at "
+                             "1.06 g/ml are 0.038 cm²/s")  # fmt: skip
 
     @property
     def inertia(self) -> float:
