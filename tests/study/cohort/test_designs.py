@@ -480,6 +480,10 @@ def test_known_errors_are_taken_from_what_animals_differ_and_shared_ones_are_not
     )
 
 
+def test_a_column_is_named_with_or_without_its_unit():
+    assert Design(covariates=("Weight [g]",), dose="Dose [mg/kg]") == Design(covariates=("weight",), dose="dose")
+
+
 def test_what_no_design_can_tell_is_refused_with_the_reason():
     table = pd.DataFrame(
         {"group": ["A"] * 6 + ["B"] * 6, "litter": ["L1"] * 6 + ["L2"] * 6, "sex": [*"fm"] * 6, "note": [""] * 12}

@@ -107,6 +107,8 @@ def test_the_records_are_tidy_and_whole(result, folder):
     linear = outlets[outlets["wall"] == "linear"]
     np.testing.assert_array_equal(linear["R1 [mmHg s/ml]"], result.laws["linear"].calibration["R1"])
     assert linear["flow fraction [1]"].sum() == pytest.approx(1.0)
+    values = pd.read_csv(folder / "tables" / "Values.csv").set_index(["law", "quantity"])
+    assert values.loc[("measured", "mPAP"), "value"] == pytest.approx(float(result.recording["pressure"].mean()))
     waves = pd.read_csv(folder / "tables" / "Waveforms.csv")
     measured = waves[waves["source"] == "measured"]
     np.testing.assert_allclose(measured["pressure [mmHg]"], result.recording["pressure"])

@@ -10,6 +10,7 @@ from annotated_types import MinLen
 from pydantic import BeforeValidator
 
 from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.io.columns import split_unit
 from vasowave.base.settings import Example, settings_class
 from vasowave.study.cohort.contrast import Contrast, DesignCells, NotEstimable, split_estimable
 from vasowave.study.cohort.effects import ContrastLabel
@@ -18,8 +19,8 @@ from vasowave.study.cohort.variables import Variable
 
 
 def _as_titled(name: Any) -> Any:
-    """Return the name of a column as tables are read: capitals do not count."""
-    return name.lower() if isinstance(name, str) else name
+    """Return the name of a column as tables are read: capitals do not count, and a unit stands beside the name."""
+    return split_unit(name)[0].lower() if isinstance(name, str) else name
 
 
 MIN_TIMES = 3

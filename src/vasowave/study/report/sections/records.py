@@ -14,11 +14,14 @@ from vasowave.study.report.wording import animal_cells
 
 
 def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
-    """Return the tables by name; one row for each parameter, pair of parameters, start, outlet or time.
+    """Return the tables by name; one row for each number of an animal, parameter, pair of them, start, outlet or time.
 
     Where there are posteriors, of each quantity, of each source of its variance, and of each law too.
     """
-    tables = {"Waveforms": pd.concat([_waveforms(result) for result in cohort.results], ignore_index=True)}
+    tables = {
+        "Values": pd.concat([_values(result) for result in cohort.results], ignore_index=True),
+        "Waveforms": pd.concat([_waveforms(result) for result in cohort.results], ignore_index=True),
+    }
     if cohort.walls:
         tables |= {
             "Estimates": _by_law(cohort, estimates_frame),
@@ -30,6 +33,11 @@ def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
         "Posterior": _by_law(cohort, _posterior), "Shares": _by_law(cohort, _shares), "Laws": _by_law(cohort, _law),
     }  # fmt: skip
     return tables | {name: table for name, table in drawn.items() if len(table)}
+
+
+def _values(result: AnimalResult) -> pd.DataFrame:
+    """Return the single numbers of an animal, measured and of each law."""
+    return _labelled(result.table().drop(columns=["animal", "group"]), result)
 
 
 def _by_law(cohort: Cohort, table: Callable[[AnimalResult, str], pd.DataFrame]) -> pd.DataFrame:
