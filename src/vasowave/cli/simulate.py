@@ -42,7 +42,15 @@ def simulate(
     output: Annotated[Path, typer.Option("--output", "-o", help="netCDF file to write.")] = Path("waveforms.nc"),
     *,
     choice: models.ModelChoice,
-    values: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Another value.")] = None,
+    values: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Another value of the wall or the beds; tau is R_T times "
+            "their compliances alone, without that of the vessels.",
+        ),
+    ] = None,
     refinement: models.Refinement,
 ) -> None:
     """Simulate a network with nominal, given or fitted parameters and write the waveforms of every vessel."""

@@ -197,7 +197,8 @@ QUANTITIES: dict[str, Quantity] = {
         rests_on="bed", comparatives=_LARGER,
     ),
     "C_p": Quantity(
-        _COMPLIANCE, "C_p", "weighted compliance of the vascular beds", "30", "compliance of the beds",
+        _COMPLIANCE, "C_p", "compliance of the vascular beds, each weighted by R2/(R1 + R2)", "30",
+        "compliance of the beds",
         lambda point: np.sum(point.model.outlets.weighted_compliance()),
         rests_on="bed",
     ),

@@ -18,7 +18,10 @@ from vasowave.pulse.model.numerics import Numerics
 from vasowave.pulse.model.outlets import Outlets
 from vasowave.pulse.model.parameters import with_parameters
 
-BY_FIT = "intervals hold what the recording leaves open of the parameters, by the errors of the fit"
+BY_FIT = (
+    "intervals hold what the recording leaves open of the parameters; errors of image and instruments, and a stiffness "
+    "that changes along the tree, are not in them: fit with a posterior for these (inference: reference)"
+)
 BY_POSTERIOR = (
     "intervals are those of the posterior's draws, with the errors of image and instruments that it knows, but for "
     "those of single vessels"

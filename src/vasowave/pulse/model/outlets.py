@@ -298,7 +298,7 @@ class Windkessel(Bed):
     R2 : array, shape (terminal,)
         Distal resistance, mmHg s/ml.
     C : array, shape (terminal,)
-        Compliance C_p, ml/mmHg.
+        Compliance C of each, ml/mmHg; the C_p of results weighs it by R2/(R1 + R2), see `weighted_compliance`.
 
     Examples
     --------
