@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+import warnings
 
 import numpy as np
 import pytest
@@ -205,6 +206,16 @@ def write_circuit(path, told, **blood):
                               "outlet_vessels": [1, 2]}]}  # fmt: skip
     path.write_text(json.dumps(circuit))
     return circuit
+
+
+def test_a_stenosis_that_does_not_come_back_is_named(jet, tmp_path):
+    write_svzerod(jet, tmp_path)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        read_svzerod(tmp_path / "svzerod.json")
+    named = [str(warning.message) for warning in caught if "stenosis coefficient" in str(warning.message)]
+    assert len(named) == 1
+    assert "vessel '2" in named[0]
 
 
 @pytest.mark.validation

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.base.errors import InputError
-from vasowave.base.findings import note_kind, warn
+from vasowave.base.findings import look_kind, note_kind, warn
 from vasowave.base.io.textfile import regular_file
 from vasowave.base.units import MMHG
 from vasowave.pulse.cycle.cycle import Inflow
@@ -22,7 +22,13 @@ from vasowave.study.exchange.openbf_reading import even_cycle, joined_inflow
 LUMPED = note_kind(
     "svzerod.lumped",
     "walls are linear, with the compliances C of its vessels at these radii; friction is Poiseuille's of its "
-    "viscosity, of which its resistances are {ratio:.3g} times (median); stenosis coefficients are left out",
+    "viscosity, of which its resistances are {ratio:.3g} times (median)",
+)
+NO_STENOSIS = look_kind(
+    "svzerod.no-stenosis",
+    "vessel '{vessel}' has a stenosis coefficient of {value:.3g} g/cm⁷, which is left out: of the narrowing's shape it "
+    "says nothing",
+    "Narrow the vessel in the model (`vasowave.narrowed`, simulate --narrow).",
 )
 _BEDS = {"RCR": ("Rp", "Rd", "C"), "RESISTANCE": ("R",)}
 
@@ -72,6 +78,11 @@ def read_svzerod(path: str | Path) -> tuple[Model, Inflow]:
         raise InputError(f"{path}, vessel '{network.name[row]}': C is {compliance[row]:g}; no linear wall gives way so")
     ratio = resistance / (8 * viscosity * network.length / (np.pi * network.radius**4))
     warn(LUMPED(ratio=float(np.median(ratio))).at(str(path)))
+    for vessel, name in zip(vessels, network.name, strict=True):
+        values, key = vessel["zero_d_element_values"], "stenosis_coefficient"
+        if values.get(key):
+            value = number_of(values, key, f"{path}, vessel '{name}'")
+            warn(NO_STENOSIS(vessel=name, value=value).at(str(path)))
     conditions = {str(condition.get("bc_name")): condition for condition in config["boundary_conditions"]}
     inlets, ends = (
         [_condition(path, vessels[row], conditions, end) for row in rows]
