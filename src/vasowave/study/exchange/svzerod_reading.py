@@ -28,7 +28,7 @@ NO_STENOSIS = look_kind(
     "svzerod.no-stenosis",
     "vessel '{vessel}' has a stenosis coefficient of {value:.3g} g/cm⁷, which is left out: of the narrowing's shape it "
     "says nothing",
-    "Narrow the vessel in the model (`vasowave.narrowed`, simulate --narrow).",
+    "Narrow the vessel in the model.",
 )
 _BEDS = {"RCR": ("Rp", "Rd", "C"), "RESISTANCE": ("R",)}
 
