@@ -292,7 +292,7 @@ def test_a_matlab_file_of_two_images_or_none_asks_for_one(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "words"), [("a.czi", "Zeiss ZEN.*Fiji"), ("a.TXM", "Xradia.*DICOM"),
-                                             ("a.vti", "ParaView")])  # fmt: skip
+                                             ("a.mnc", "MINC.*mnc2nii")])  # fmt: skip
 def test_an_image_that_its_program_alone_opens_is_refused_with_the_export_that_helps(tmp_path, name, words):
     (tmp_path / name).write_bytes(b"something\0")
     with pytest.raises(InputError, match=words):

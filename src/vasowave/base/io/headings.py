@@ -35,7 +35,7 @@ def listed_titles(above: Sequence[str], named: Sequence[str], width: int) -> lis
     if count is None:
         return []
     channels = int(re.findall(r"\d+", above[count])[0])
-    lines = [bare(text) for text in above[count + 1 : count + 1 + 2 * channels]]
+    lines = [bare(text.rstrip(" \t;,")) for text in above[count + 1 : count + 1 + 2 * channels]]
     if len(lines) < 2 * channels or width not in (channels, channels + 1):
         return []
     titles = [f"{title} [{unit}]" for title, unit in zip(lines[::2], lines[1::2], strict=True)]

@@ -196,11 +196,15 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
             return []
         row = split_titles(texts[index]) if separator is None else csv_cells(texts[index], separator)
         row = [title.strip().strip("'\"").strip() for title in row]
+        if separator is None and len(row) + 1 in widths and units.is_of(texts[index + 1].split()[0], "time"):
+            row = ["time", *row]  # nothing stands above the unit of the times
         is_wide = bool(row) and row[-1].casefold() in _NOTES and len(row) - 1 in widths
         return row if (is_wide or len(row) in widths) and not all(map(is_value, row)) else []
 
     nearest = next((i for i in range(data - 1, -1, -1) if not _is_count(texts[i], separator)), -1)
     titles, upper = fitting(nearest), fitting(nearest - 1)
+    if listed := listed_titles(texts[:data], titles, len(list(_stripped(cells)))):
+        return listed, True
     lowest = nearest - 1 if any(map(has_unit, titles)) else nearest - 3  # remarks may follow units
     below = (i for i in range(nearest, max(lowest, 0), -1) if fitting(i - 1))
     merged = next(filter(None, (with_unit_row(fitting(i - 1), texts[i], separator) for i in below)), None)
@@ -212,11 +216,9 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
         titles = []
     titles = with_unit_labels(titles, texts[:data], separator)
     titles = _under_groups(titles, fitting(nearest - 1 - bool(merged)))
-    listed = listed_titles(texts[:data], titles, len(list(_stripped(cells)))) or (
-        [] if titles else keyed_titles(texts[:data], separator, len(cells))
-        or remarked_titles(remarks, separator, len(cells))
-    )  # fmt: skip
-    return (listed or titles), bool(listed or titles)
+    titles = titles or keyed_titles(texts[:data], separator, len(cells))
+    titles = titles or remarked_titles(remarks, separator, len(cells))
+    return titles, bool(titles)
 
 
 def _under_groups(titles: list[str], above: list[str]) -> list[str]:
