@@ -37,11 +37,12 @@ _RATE = re.compile(
     r"\W*?(?P<rate>\d+(?:[.,]\d+)?)\s*(?P<k>k?)hz"
     r"|\bfs\s*[=:]?\s*(?P<fs>\d+(?:[.,]\d+)?)\s*(?P<kilo>k?)hz"
     r"|\"sampling rate\": ?(?P<json>\d+(?:\.\d+)?)"
-    r"|(?:sampl\w*|acquisition)[ _-]*(?:rate|freq\w*)\W*(?P<plain>\d+(?:[.,]\d+)?)\s*(?:/ ?s\w*|samples.*)?$",
+    r"|(?:sampl\w*|acquisition)[ _-]*(?:rate|freq\w*)\W*(?P<plain>\d+(?:\.\d+|,\d+(?!\.))?)"
+    r"(?:,(?P=plain))*\s*(?:/ ?s\w*|samples.*)?$",
     re.IGNORECASE,
 )
 _DELTA_X = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
-_TIMELESS = re.compile(r"x_columns\s+no\b", re.IGNORECASE)  # LabVIEW: the first cell of every row is empty
+_TIMELESS = re.compile(r"x_columns\s+no\b|\"tracename", re.I)  # LabVIEW, Yokogawa: the first cell of rows is empty
 _MAX_CAPTIONS = 4  # rows above the titles of a table without clocks and units
 _TIMES = ("time", "t", "zeit", "temps", "tiempo", "elapsed time")
 _NOTES = ("comment", "comments")
@@ -212,7 +213,7 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
         titles = [upper[i - 1] or upper[i] if i % 2 else "X_Value" for i in range(len(titles))]
     elif titles and merged:
         titles = merged
-    elif titles and any(map(is_numeric, titles)):
+    elif any(is_numeric(title) or is_clock(title) or is_date(title) for title in titles):
         titles = []
     titles = with_unit_labels(titles, texts[:data], separator)
     titles = _under_groups(titles, fitting(nearest - 1 - bool(merged)))

@@ -71,14 +71,17 @@ def _header(path: Path) -> tuple[dict[str, str], int]:
 def _names(path: Path, fields: dict[str, str]) -> list[str]:
     """Return the names of the files of voxels, none where these stand in the header's own file."""
     name = fields.get("datafile", "")
-    counted = _COUNTED.fullmatch(name)
-    if counted is None:
-        return fields["files"].split("\n") if "files" in fields else [name] if name else []
-    first, last, step = map(int, counted.group(2, 3, 4))
-    numbers = range(first, last + (1 if step > 0 else -1), step) if step else range(0)
-    if not 0 < len(numbers) <= _MOST_FILES:
-        raise InputError(f"{path}: its header numbers {len(numbers)} files of voxels ({name}); export it again")
-    return [counted[1] % number for number in numbers]
+    if "files" in fields:
+        names = fields["files"].splitlines()
+    elif counted := _COUNTED.fullmatch(name):
+        first, last, step = map(int, counted.group(2, 3, 4))
+        numbers = range(first, last + (1 if step > 0 else -1), step) if step else range(0)
+        names = [counted[1] % number for number in numbers[: _MOST_FILES + 1]]
+    else:
+        return [name] if name else []
+    if not 0 < len(names) <= _MOST_FILES:
+        raise InputError(f"{path}: its header names no files of voxels, or too many ({name}); save it again")
+    return names
 
 
 def read_nrrd(path: Path) -> Image:

@@ -38,7 +38,8 @@ def _content(path: Path) -> tuple[np.ndarray, dict[str, str]]:
         raise InputError(f"{path}: not one piece with one array of grey levels; save it as NRRD or MetaImage, in mm")
     first, last = np.array(image.attrib["Extent"].split(), int).reshape(3, 2).T
     by_point = image.find("./PointData/DataArray") is not None
-    return array_of(arrays[0], top, appended).reshape((last - first + by_point)[::-1]), dict(fields)
+    values = array_of(arrays[0], top, appended)
+    return values.reshape((last - first + by_point)[::-1]).astype(values.dtype.newbyteorder("=")), dict(fields)
 
 
 def _numbers(fields: dict[str, str], name: str, default: str) -> list[float]:

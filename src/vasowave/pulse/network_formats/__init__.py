@@ -98,6 +98,8 @@ for _name, _mark, _words in (
      "radii have the unit of the voxel width, and neither says which. Write a table from,to,length [mm],radius [mm]"),
     ("network.dat", rb"total number of segments[\s\S]*?seg ?name", "a network as Secomb's programs read it: segments "
      "between nodes, then the places of these, in um. Write a table from,to,length [um],diameter [um]"),
+    ("DOT", rb"\A\s*(?:strict\s+)?(?:di)?graph\b[^{\[]*\{[^{}]*?--?>?", "a graph in DOT: write it as GraphML "
+     "(networkx.write_graphml), or as a table from,to,length [mm],radius [mm]"),
     ("openBF", rb"^network:[^:]*:[^:]*\bsn:", "a model of openBF, of which tables are made first: vasowave export FILE "
      "--to tables -o FOLDER. Then give the network in that folder"),
 ):  # fmt: skip

@@ -137,8 +137,8 @@ class NumberTable(NamedTuple):
             return stated_rate, None
         column = self.names.index("time")
         time, unit = self.columns[column], self.units[column]
-        if unit or _is_epoch(time):
-            scale = units.factor(unit or "s", "time")
+        if unit or (unit := _unit_of_epoch(time)):
+            scale = units.factor(unit, "time")
         elif stated_rate is None:
             raise InputError(
                 f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
@@ -205,9 +205,10 @@ def _offered(time: np.ndarray) -> str:
     return f". If its {', if its '.join(offers)}" if offers else ""
 
 
-def _is_epoch(time: np.ndarray) -> bool:
-    """Whether times without a unit are seconds since 1970, of the years 2001 to 2100."""
-    return bool(len(time) and 1e9 < time[0] < 4.1e9 and time[-1] - time[0] < 1e6)
+def _unit_of_epoch(time: np.ndarray) -> str:
+    """Return the unit of times without one that are counted since 1970, in the years 2001 to 2100; empty for others."""
+    scales = {"s": 1.0, "ms": 1e3} if len(time) else {}
+    return next((unit for unit, n in scales.items() if 1e9 < time[0] / n < 4.1e9 and np.ptp(time) < 1e6 * n), "")
 
 
 def _rises_evenly(values: np.ndarray) -> bool:
