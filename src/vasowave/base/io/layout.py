@@ -53,7 +53,7 @@ _UNITS = ("unit", "units", "einheit", "unité", "unidad")
 _SUBJECTS = ("animal", "subject", "id", "animal_id", "subject_id", "mouse", "rat", "pig", "patient", "tier")
 """Titles of a table with a row a sample of one signal, as R and pandas write it: its signal, value, unit, and whose."""
 _FEWEST_SAMPLES = 8  # of a signal; a table of numbers has one of each
-_SAMPLES = re.compile(r"Samples\t(\d{1,9})\b")  # LabVIEW
+_SAMPLES = re.compile(r"(?:Samples\t|\"BlockSize\",)(\d{1,9})\b")  # LabVIEW, Yokogawa
 _PER_SAMPLE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(usec|msec|sec|min)/sample", re.IGNORECASE)
 _PROGRAMS = {
     "emka technologies": "emka IOX", "iox version": "emka IOX", "notocord": "Notocord-hem", "ponemah": "Ponemah",

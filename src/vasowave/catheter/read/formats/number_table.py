@@ -153,10 +153,6 @@ class NumberTable(NamedTuple):
             scale = 1.0 / (stated_rate * float(np.median(rising))) if len(rising) else 1.0
         if len(time) < 2:
             raise InputError(f"{self.path}: one sample only; a continuous recording is needed")
-        gaps = np.flatnonzero(np.isnan(time))
-        if len(gaps):
-            row = int(gaps[0])
-            raise InputError(f"{self.path}, line {self.line(row)}, column 'time': the cell is empty or no number")
         time = time * scale
         measured, place = sampling(
             time, self.quantum * scale, str(self.path), lambda row: f"{self.path}, line {self.line(row)}"
