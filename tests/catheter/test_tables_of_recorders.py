@@ -173,21 +173,7 @@ def milliseconds_since_1970(t, p, q, e):
     )
 
 
-def octave(t, p, q, e):
-    def block(name, kind, sizes, text):
-        return [f"# name: {name}", f"# type: {kind}", *sizes, text, "", ""]
-
-    texts = {"time": "s", "pressure": "mmHg", "flow": "ml/s", "ecg": "mV"}
-    rows = list[str]()
-    for name, values in zip(texts, (t, p, q, e), strict=True):
-        numbers = "\n".join(f" {x:.6f}" for x in values)
-        rows += block(name, "matrix", [f"# rows: {len(t)}", "# columns: 1"], numbers)
-    for name, unit in texts.items():
-        rows += block(f"{name}_unit", "string", ["# elements: 1", f"# length: {len(unit)}"], unit)
-    return "\n".join(["# Created by Octave 8.4.0, Mon May 06 10:11:12 2024 UTC <lab>", *rows])
-
-
-FORMS = (yokogawa, units_below_fewer_titles, timedeltas, milliseconds_since_1970, octave,
+FORMS = (yokogawa, units_below_fewer_titles, timedeltas, milliseconds_since_1970,
          iox, notocord, ponemah, elapsed_beside_a_date, acqknowledge, wfdb, dates_apart, a_row_a_signal,
          counted_samples, spike2, labchart_with_dates, slower_flow, since_1970,
          labview, physionet_with_dates, units_behind_underscores, labchart_with_commas)  # fmt: skip

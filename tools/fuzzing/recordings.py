@@ -147,18 +147,6 @@ def igor_text(path: Path) -> None:
     path.write_text(f"IGOR\nWAVES/D\tPAP, Flow\nBEGIN\n{body}END\n{scales}")
 
 
-def octave_text(path: Path) -> None:
-    """Write matrices with their sizes, and the units as texts."""
-    columns = {"time": TIME, "pressure": SIGNALS["pressure"], "flow": SIGNALS["flow"]}
-    text = "# Created by Octave 8.4.0\n"
-    for name, values in columns.items():
-        numbers = "".join(f" {value:.6f}\n" for value in values)
-        text += f"# name: {name}\n# type: matrix\n# rows: {COUNT}\n# columns: 1\n{numbers}\n\n"
-    for name, unit in (("time", "s"), ("pressure", "mmHg"), ("flow", "ml/s")):
-        text += f"# name: {name}_unit\n# type: string\n# elements: 1\n# length: {len(unit)}\n{unit}\n\n\n"
-    path.write_text(text)
-
-
 def yokogawa(path: Path) -> None:
     """Write titles, units and rates behind words, and rows whose first cell is empty."""
     head = '"Model Name","DL850E"\n"TraceName","PA press","PA flow"\n"VUnit","mmHg","ml/s"\n'
@@ -328,7 +316,6 @@ FORMS = {
     "json, columns": _form("raw.json", json_columns, mutate_text, read_raw_recording, True),
     "json, channels": _form("raw.json", json_channels, mutate_text, read_raw_recording, True),
     "igor text": _form("raw.itx", igor_text, mutate_text, read_raw_recording),
-    "octave text": _form("raw.txt", octave_text, mutate_text, read_raw_recording, True),
     "table, words before titles": _form("raw.csv", yokogawa, mutate_text, read_raw_recording),
     "numpy archive": _form("raw.npz", labelled_matrix, mutate_binary, read_raw_recording),
     "acqknowledge mat": _form("raw.mat", acqknowledge_mat, mutate_mat, read_raw_recording),

@@ -1,4 +1,4 @@
-"""Arrays by name, as files of MATLAB, NumPy, JSON, Igor Pro and Octave hold them: ``pressure``, ``rec.PAP.data``."""
+"""Arrays by name, as files of MATLAB, NumPy, JSON and Igor Pro's text hold them: ``pressure``, ``rec.PAP.data``."""
 
 import re
 from collections.abc import Iterator
@@ -17,10 +17,6 @@ from vasowave.base.stores import parsed
 
 _NUMPY = (b"PK\x03\x04", b"\x93NUMPY")
 _JSON, _JSON_OBJECTS = re.compile(rb"\s*[\[{]"), re.compile(rb"\s*(?:\[\s*)?\{\s*[\"}]")
-_OCTAVE_START = b"# Created by Octave"
-_OCTAVE = re.compile(
-    r"^# name: (?P<name>\S+)\n# type: (?P<type>[^\n]+)\n(?P<sizes>(?:# \w+: \d+\n)*)(?P<rows>[^#]*)", re.MULTILINE
-)
 _WAVES = re.compile(
     r"^WAVES(?P<flags>(?:\s*/\S+)*)\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I
 )
@@ -32,10 +28,10 @@ _SCALE = re.compile(
 
 
 def holds_names(path: Path, start: bytes) -> bool:
-    """Whether a file is one of NumPy, JSON or text of Igor or Octave, by its first bytes."""
+    """Whether a file is one of NumPy, JSON or Igor's text, by its first bytes."""
     is_numpy = path.suffix.lower() in (".npz", ".npy") and start.startswith(_NUMPY)
     is_json = (_JSON if path.suffix.lower() == ".json" else _JSON_OBJECTS).match(start)  # '[Header]' begins tables
-    return bool(is_numpy or start.startswith((b"IGOR", _OCTAVE_START)) or is_json)
+    return bool(is_numpy or start.startswith(b"IGOR") or is_json)
 
 
 @remembered
@@ -52,8 +48,6 @@ def read_named(path: Path) -> dict[str, np.ndarray]:
         return read_mat(path)
     if start.startswith(b"IGOR"):
         return _of_igor(path, "\n".join(read_bytes(path).decode("utf-8", "replace").splitlines()))
-    if start.startswith(_OCTAVE_START):
-        return _of_octave(path, "\n".join(read_bytes(path).decode("utf-8", "replace").splitlines()))
     if start.startswith(_NUMPY):
         names, arrays = read_apart(arrays_of_numpy, path, "a NumPy file", "save it again with numpy.savez")
         return dict(zip(names, arrays, strict=True))
@@ -116,23 +110,6 @@ def _array(value: Any) -> np.ndarray:
         return np.array([np.nan if cell is None else cell for cell in value] if isinstance(value, list) else value)
     except ValueError:
         return np.empty(0, object)
-
-
-def _of_octave(path: Path, text: str) -> dict[str, np.ndarray]:
-    """Return the matrices, numbers and texts of what Octave's ``save -text`` writes."""
-    arrays = {}
-    for entry in _OCTAVE.finditer(text):
-        if entry["type"] == "string":
-            arrays[entry["name"]] = np.array(entry["rows"].strip())
-        elif entry["type"] in ("matrix", "scalar"):
-            sizes = [int(size) for size in re.findall(r"\d+", entry["sizes"])]
-            try:
-                arrays[entry["name"]] = np.array(entry["rows"].split(), float).reshape(sizes)
-            except ValueError as error:
-                raise InputError(
-                    f"{path}: '{entry['name']}' is truncated or damaged ({error}); save it again"
-                ) from None
-    return arrays
 
 
 def _of_igor(path: Path, text: str) -> dict[str, np.ndarray]:

@@ -182,8 +182,7 @@ class _Last(Enum):
 def _assemble(signals: list[Signal], period: float | None, together: bool, site: SiteName) -> Recording:
     """Check both signals and make the recording; `together` says that they come from one table."""
     for signal in signals:
-        _require_samples(signal)
-        _check_units(signal, swapped_files=not together)
+        _check(signal, swapped_files=not together)
     if period is not None:
         check_period(period, "period")
     lasts = _last_samples(signals, period)
@@ -203,14 +202,6 @@ def _assemble(signals: list[Signal], period: float | None, together: bool, site:
             warn(finding.at(signals[0].file), stacklevel=3)
     source = " and ".join(dict.fromkeys(Path(signal.file).name for signal in signals))
     return Recording(cycles[0], cycles[1], cycle_period, source, (*notes, *odd), site=site, flow_delay_sd=delay_sd)
-
-
-def _require_samples(signal: Signal) -> None:
-    if len(signal.values) < MIN_PHASES:
-        raise InputError(
-            f"{signal.places[-1]}: the file ends after {len(signal.values)} samples of {signal.quantity}; "
-            f"at least {MIN_PHASES} a cycle are needed"
-        )
 
 
 def _one_period(
@@ -254,7 +245,7 @@ def _one_beat(
 
 
 def _notes_of(signal: Signal, cycle: np.ndarray) -> list[Finding]:
-    """Return what was noted of a signal when it was read, whether its cycle closes, and its unit where that is assumed."""
+    """Return what was noted of a signal when it was read, of the ends of its cycle, and of a unit that is assumed."""
     notes = [*signal.notes, *check_closure(cycle, signal.quantity, signal.file)]
     if signal.assumed_unit:
         name = Path(signal.file).name
@@ -262,7 +253,13 @@ def _notes_of(signal: Signal, cycle: np.ndarray) -> list[Finding]:
     return notes
 
 
-def _check_units(signal: Signal, swapped_files: bool) -> None:
+def _check(signal: Signal, swapped_files: bool) -> None:
+    """Refuse a signal of too few samples, or that can be neither in its unit nor of its kind."""
+    if len(signal.values) < MIN_PHASES:
+        raise InputError(
+            f"{signal.places[-1]}: the file ends after {len(signal.values)} samples of {signal.quantity}; "
+            f"at least {MIN_PHASES} a cycle are needed"
+        )
     try:
         _CHECKS[signal.quantity](signal.values, signal.file)
     except InputError as error:

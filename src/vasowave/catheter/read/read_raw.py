@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -237,24 +237,16 @@ def in_units(
     return scaled, notes
 
 
-class Stretch(NamedTuple):
-    """Signals of one stretch at one rate, samples a second; its origin, s, and what was interpolated."""
-
-    signals: dict[str, np.ndarray]
-    rate: float
-    origin: float
-    notes: list[Finding]
-
-
-def at_one_rate(channels: Mapping[str, Channel], start: float | None, end: float | None) -> Stretch:
-    """Return a stretch of all channels at the rate of the fastest."""
+def at_one_rate(channels: Mapping[str, Channel], start: float | None, end: float | None
+                ) -> tuple[dict[str, np.ndarray], float, float, list[Finding]]:  # fmt: skip
+    """Return a stretch of all channels at the rate of the fastest; that, its origin, s, and what was interpolated."""
     rate = max(channel.sampling_rate for channel in channels.values())
     pieces = {name: at_rate(stretch_of(channel, channel.values, start, end), channel, rate)
               for name, channel in channels.items()}  # fmt: skip
     count = min(len(values) for values, _ in pieces.values())
     notes = [note for _, words in pieces.values() for note in words]
     signals = {name: values[:count] for name, (values, _) in pieces.items()}
-    return Stretch(signals, rate, round((start or 0.0) * rate) / rate, notes)
+    return signals, rate, round((start or 0.0) * rate) / rate, notes
 
 
 def _between(
@@ -269,15 +261,10 @@ def _between(
 
 
 def check_timed(path: str | Path, picked: Mapping[str, Channel]) -> None:
-    """Refuse channels without times, or that do not last equally long."""
+    """Refuse channels of one block without times, or that do not last equally long: a rate or an end is wrong."""
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
         raise InputError(f"{path}: no times; {NAME_THE_RATE}", [RATE])
-    check_lengths(list(picked.values()))
-
-
-def check_lengths(channels: list[Channel]) -> None:
-    """Refuse channels of one block that do not last equally long: a sampling rate or an end is wrong."""
-    shortest, *_, longest = sorted(channels, key=lambda channel: channel.duration)
+    shortest, *_, longest = sorted(picked.values(), key=lambda channel: channel.duration)
     if longest.duration > (1 + _MAX_LENGTH_DIFFERENCE) * shortest.duration + 2 / shortest.sampling_rate:
         durations = " and ".join(
             f"'{extreme.title}' {extreme.duration:.6g} s ({len(extreme.values)} samples at {extreme.sampling_rate:g} a "

@@ -11,7 +11,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.io.files import write_file
 from vasowave.base.io.textfile import read_bytes
 from vasowave.lung.exchange.legacy_vtk import PolyLines, parse_legacy
-from vasowave.lung.read.vtk_arrays import DAMAGE, TYPES, array_of, document
+from vasowave.lung.read.vti import DAMAGE, TYPES, array_of, document
 
 
 def read_polydata(path: str | Path) -> PolyLines:
