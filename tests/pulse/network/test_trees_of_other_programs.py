@@ -251,9 +251,9 @@ def nested(path, key="children", names=False):
 
     def vessel(name):
         _, length, radius = TREE[name]
-        below = [other for other, (above, *_) in TREE.items() if above == name]
+        below = [daughter for daughter, (above, *_) in TREE.items() if above == name]
         sizes = {"id": name, "length": 10 * length, "radius": 1e4 * radius}
-        return sizes | {key: below if names else [vessel(other) for other in below]}
+        return sizes | {key: below if names else [vessel(daughter) for daughter in below]}
 
     (root,) = (name for name, (mother, *_) in TREE.items() if not mother)
     units = {"length": "mm", "radius": "um"}

@@ -216,8 +216,8 @@ def _one_period(
             f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
             "pressure and flow must be of one cycle"
         )
-    apart = PERIODS_DIFFER(pressure=periods[0], flow=periods[1], percent=100 * differ)
-    return [periods[0]] * 2, periods[0] * place_error(phases), [apart]
+    difference = PERIODS_DIFFER(pressure=periods[0], flow=periods[1], percent=100 * differ)
+    return [periods[0]] * 2, periods[0] * place_error(phases), [difference]
 
 
 def _one_beat(

@@ -125,7 +125,7 @@ def read_raw_recording(
     blocks, gated = _blocks_of(files, reading, progress)
     reading = reading if gated is None else replace(reading, flow_unit=None)  # it has been applied
     block, notes = read_block(path, blocks, reading.block)
-    picked, delay_sd, found = _picked(path, block, reading, gated)
+    picked, delay_sd, choices = _picked(path, block, reading, gated)
     start, end, around, remarks = _stretch(path, block, picked, reading)
     gaps = refuse_gaps(list(picked.values()), start, end)
     scaled, converted = in_units(picked, partial(_converted, reading))
@@ -134,9 +134,9 @@ def read_raw_recording(
     read_span = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
     shortest = MIN_DURATION_S + 1 / raw.sampling_rate
     spans = [span for span in free_between([*gaps, read_span], *around) if span.end - span.start > shortest]
-    notes = [*notes, *found, *remarks, *converted, *raw.notes]
-    beside = tuple(_between(path, block, channels, *span) for span in spans)
-    return replace(raw, site=reading.site, flow_delay_sd=delay_sd, notes=tuple(notes), beside=beside)
+    notes = [*notes, *choices, *remarks, *converted, *raw.notes]
+    neighbors = tuple(_between(path, block, channels, *span) for span in spans)
+    return replace(raw, site=reading.site, flow_delay_sd=delay_sd, notes=tuple(notes), beside=neighbors)
 
 
 def _blocks_of(

@@ -177,11 +177,11 @@ def read_vti(path: Path) -> Image:
 def _content(path: Path) -> tuple[np.ndarray, dict[str, str]]:
     """Return the grey levels, z, y, x, and the attributes of the image."""
     top, appended = document(read_bytes(path))
-    image, *more = top.findall("./ImageData/Piece")
+    image, *further = top.findall("./ImageData/Piece")
     fields = next(top.iter("ImageData")).attrib
     arrays = [array for kind in ("PointData", "CellData") for array in image.findall(f"./{kind}/DataArray")]
     kinds = [(array.get("NumberOfComponents", "1"), array.get("type") in TYPES) for array in arrays]
-    if more or kinds != [("1", True)]:
+    if further or kinds != [("1", True)]:
         raise InputError(f"{path}: not one piece with one array of grey levels; save it as NRRD or MetaImage, in mm")
     first, last = np.array(image.attrib["Extent"].split(), int).reshape(3, 2).T
     by_point = image.find("./PointData/DataArray") is not None

@@ -112,8 +112,9 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     Parameters
     ----------
     path : path
-        A table (CSV, TSV, Excel) as of `network_of`, by the titles that `SYNONYMS` lists; a graph (GraphML, GML, GXL,
-        NetworkX's JSON or list of edges); a spatial graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and
+        A table (CSV, TSV, the first sheet of vessels in a workbook) as of `network_of`, by the titles that `SYNONYMS`
+        lists; a graph (GraphML, GML, GXL, NetworkX's JSON or list of edges); a tree in JSON, each vessel with its
+        ``children``; a spatial graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and
         ``ves_conn``; ``Dimensions.txt`` or ``connectivity.txt``, which lie in one folder; the input of svOneDSolver or
         svZeroDSolver; FirstBlood's table of edges.
     unit : str, optional
