@@ -87,6 +87,7 @@ def test_every_store_and_every_format_is_in_the_fuzzer():
         "vessels",
         "GXL",
         "network.dat",
+        "DOT",
         "openBF",
         "other image",
         "centerlines",

@@ -48,6 +48,28 @@ NRECON = (
 )
 
 
+def nrrd_header(kind="uint8", encoding="raw", files="LIST 3\ns0\ns1\n"):
+    return (
+        f"NRRD0004\ntype: {kind}\ndimension: 3\nspace: left-posterior-superior\nsizes: {NX} {NY} {NZ}\n"
+        f'space directions: (20,0,0) (0,30,0) (0,0,50)\nspace units: "um" "um" "um"\nencoding: {encoding}\n'
+        f"endian: big\ndata file: {files}"
+    )
+
+
+@wrapping()
+def nrrd_of_two_slabs(folder):
+    for k in range(2):
+        put(folder, f"s{k}", GREY[5 * k : 5 * k + 5].tobytes())
+    return put(folder, "a.nhdr", nrrd_header())
+
+
+@wrapping()
+def nrrd_of_packed_slices(folder):
+    for k, level in enumerate(GREY):
+        put(folder, f"I.{k + 1:03d}", gzip.compress(level.astype(">u2").tobytes()))
+    return put(folder, "a.nhdr", nrrd_header("ushort", "gzip", f"I.%03d 1 {NZ} 1\n"))
+
+
 @wrapping(CUBE)
 def skyscan(folder):
     put(folder, "lung__rec.log", NRECON)

@@ -274,7 +274,7 @@ def test_a_wrong_file_is_told_what_and_what_to_do(tmp_path, name, text, message)
         ("x,flow\n0.5,2\n1.0,4\n1.5,4\n", 1000.0, ": column 'x' rises evenly by 0.5, as a time does; title it 'time"),
         ("time,flow\n0.5,2\n1.0,4\n", None, ": column 'time' has no unit; write it in the header ('time [s]'), or say"),
         ("time [s],flow\n0.5,2\n", None, ": one sample only; a continuous recording is needed"),
-        ("time [s],flow\n0.5,2\n,3\n1.5,4\n", None, ", line 3, column 'time': the cell is empty or no number"),
+        ("time [s],flow\n0.5,2\n,3\n1.5,4\n", None, ", line 3, time: the cell is empty or no number"),
         ("time,flow\n1,2\n1,3\n1,4\n", 9.0, ", line 3, column 'time': time does not increase"),
         ("time [s],flow\n0.0,2\n0.1,3\n0.2,4\n", 10.02, ": the time column has 10 samples/s, given are 10.02"),
         ("time [s],flow\n0.0,2\n0.1,3\n0.15,4\n0.3,4\n0.4,1\n", None, ", line 4, column 'time': uneven sampling, a"),

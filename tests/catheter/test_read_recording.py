@@ -122,15 +122,15 @@ def test_times_in_a_mat_file_give_the_period(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"pressure": np.where(np.arange(256) == 2, np.nan, PRESSURE)}, r"pressure\(3\) is nan \(a gap\); fill it"),
-        ({"flow": np.where(np.arange(256) == 3, np.inf, FLOW)}, r"flow\(4\) is inf \(a gap\); fill it"),
-        ({"time": np.where(np.arange(256) == 1, np.nan, TIME)}, r"time\(2\) is nan \(a gap\); fill it"),
-        ({"flow": FLOW[::2]}, "time has 256 samples and flow 128; leave time out and give the period"),
-        ({"P": PRESSURE}, "two variables hold pressure; keep one of them"),
-        ({"T": TIME}, "two variables hold time; keep one of them"),
-        ({"flow": FLOW + 1j}, "variable 'flow' is not a vector of real numbers"),
-        ({"flow": np.ones((2, 2))}, "variable 'flow' has size 2 × 2; it must be one row or one column"),
-        ({"flow": None}, "no variable 'flow'; it has: time, pressure"),
+        ({"pressure": np.where(np.arange(256) == 2, np.nan, PRESSURE)}, "'pressure': sample 3 is missing"),
+        ({"flow": np.where(np.arange(256) == 3, np.inf, FLOW)}, "'flow': sample 4 is missing"),
+        ({"time": np.where(np.arange(256) == 1, np.nan, TIME)}, r"time\(2\), time: the cell is empty or no number"),
+        ({"flow": FLOW[::2]}, "no channel says that it holds flow.*it has: 'pressure'"),
+        ({"P": PRESSURE}, "2 channels may hold pressure, name one of them"),
+        ({"T": 2 * TIME}, "different rates or times; keep one of them"),
+        ({"flow": FLOW + 1j}, "no channel says that it holds flow"),
+        ({"flow": np.ones((2, 2))}, "no channel says that it holds flow"),
+        ({"flow": None}, "no channel says that it holds flow"),
     ],
 )
 def test_a_cycle_in_variables_is_refused_with_variable_and_place(tmp_path, changes, said):

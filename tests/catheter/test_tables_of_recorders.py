@@ -146,7 +146,35 @@ def labchart_with_commas(t, p, q, e):
     return "\n".join([*head, rows.replace("%", "02.06.2021")])
 
 
-FORMS = (iox, notocord, ponemah, elapsed_beside_a_date, acqknowledge, wfdb, dates_apart, a_row_a_signal,
+def yokogawa(t, p, q, e):
+    head = ['"Model Name","DL850E"', '"TraceName","PA press","PA flow","ECG"', '"VUnit","mmHg","ml/s","mV"',
+            '"SampleRate",1000.00,1000.00,1000.00', '"Time","10:12:11.0","10:12:11.0","10:12:11.0"', ""]  # fmt: skip
+    return lines(head, lambda b, c, d: f",{b:.5E},{c:.6E},{d:.4E}", p, q, e)
+
+
+def units_below_fewer_titles(t, p, q, e):
+    head = ["Wave Record   1 frames", "", "           Pressure     Flow    ECG", "  msecs    mmHg     mL/s     mV"]
+    return lines(head, lambda a, b, c, d: f" {1e3 * a:.1f}  {b:.4f}  {c:.6f}  {d:.4f}", t, p, q, e)
+
+
+def timedeltas(t, p, q, e):
+    return lines([",PAP_mmHg,Q_ml_per_s,ECG_mV"],
+                 lambda a, b, c, d: f"0 days 00:00:{a:09.6f},{b:.4f},{c:.6f},{d:.4f}", t, p, q, e)  # fmt: skip
+
+
+def milliseconds_since_1970(t, p, q, e):
+    return lines(
+        ["Timestamp,PAP [mmHg],Flow [ml/s],ECG [mV]"],
+        lambda a, b, c, d: f"{1715678000 + a:.3f},{b:.4f},{c:.6f},{d:.4f}".replace(".", "", 1),
+        t,
+        p,
+        q,
+        e,
+    )
+
+
+FORMS = (yokogawa, units_below_fewer_titles, timedeltas, milliseconds_since_1970,
+         iox, notocord, ponemah, elapsed_beside_a_date, acqknowledge, wfdb, dates_apart, a_row_a_signal,
          counted_samples, spike2, labchart_with_dates, slower_flow, since_1970,
          labview, physionet_with_dates, units_behind_underscores, labchart_with_commas)  # fmt: skip
 

@@ -1,9 +1,11 @@
 """Volumes of scanners and programs: landmarks lie where they are, and the size of a voxel is told or asked for."""
 
+import base64
 import json
 import shutil
 import struct
 import warnings
+import zlib
 
 import numpy as np
 import pytest
@@ -280,6 +282,55 @@ def test_voxels_in_a_file_of_their_own_may_be_long(tmp_path, slices, turned):
     assert np.array_equal(np.sort(volume.grey[0], axis=None)[-4:], [160, 180, 200, 220])
 
 
+@pytest.mark.parametrize("lost", ["s1", "a byte"])
+def test_a_slab_of_an_nrrd_that_is_lost_or_cut_is_no_image(tmp_path, lost):
+    header = wrapped.nrrd_of_two_slabs(tmp_path)
+    (tmp_path / "s1").unlink() if lost == "s1" else (tmp_path / "s1").write_bytes(wrapped.GREY[5:].tobytes()[:-1])
+    with pytest.raises(InputError, match="s1"):
+        read_volume(header)
+
+
+def vti(folder, order="<", form="appended", cells=False, packed=False, header="UInt64"):
+    """Write an image of VTK as its own documentation describes it; by cell an edge has a point more."""
+    levels = wrapped.GREY.astype(f"{order}u2").tobytes()
+    count = np.dtype(order + {"UInt32": "u4", "UInt64": "u8"}[header])
+    block = zlib.compress(levels)
+    head = np.array([1, len(levels), 0, len(block)] if packed else [len(levels)], count).tobytes()
+    content = head + (block if packed else levels)
+    extent = " ".join(f"5 {5 + size - (not cells)}" for size in wrapped.GREY.shape[::-1])
+    text = {"appended": "", "binary": base64.b64encode(content).decode(),
+            "ascii": " ".join(map(str, wrapped.GREY.ravel()))}[form]  # fmt: skip
+    array = f'<DataArray type="UInt16" Name="grey" format="{form}" offset="0">{text}</DataArray>'
+    kind, packer = "CellData" if cells else "PointData", ' compressor="vtkZLibDataCompressor"' if packed else ""
+    text = (
+        f'<?xml version="1.0"?>\n<VTKFile type="ImageData" byte_order="{"Big" if order == ">" else "Little"}Endian" '
+        f'header_type="{header}"{packer}>\n<ImageData WholeExtent="{extent}" Spacing="0.02 0.03 0.05">\n'
+        f'<Piece Extent="{extent}"><{kind}>{array}</{kind}></Piece></ImageData>\n<AppendedData encoding="raw">\n_'
+    )
+    return wrapped.put(folder, "a.vti", text.encode() + content + b"\n</AppendedData></VTKFile>")
+
+
+@pytest.mark.parametrize("form", [{}, {"order": ">", "cells": True, "header": "UInt32"}, {"form": "binary"},
+                                  {"form": "ascii"}, {"packed": True}])  # fmt: skip
+def test_an_image_of_vtk_asks_for_its_unit_alone(tmp_path, form):
+    path = vti(tmp_path, **form)
+    with pytest.raises(InputError, match=r"VTK names no unit of its Spacing \(0.02 0.03 0.05\)"):
+        read_volume(path)
+    volume, codes = opened(path, wrapped.SIZE)
+    np.testing.assert_array_equal(volume.grey, wrapped.GREY)
+    assert not codes
+
+
+def test_an_extent_in_paravision_that_reco_contradicts_is_refused(tmp_path):
+    path = wrapped.paravision(tmp_path)
+    edges = 0.1 * np.array([0.02, 0.03, 0.05]) * wrapped.GREY.shape[::-1]
+    wrapped.put(tmp_path, "reco", f"##$RECO_fov=( 3 )\n{edges[1]} {edges[0]} {edges[2]}\n##END=\n")
+    np.testing.assert_allclose(read_volume(path).spacing, wrapped.SIZE)
+    wrapped.put(tmp_path, "reco", f"##$RECO_fov=( 3 )\n{edges[1]} {1.1 * edges[0]} {edges[2]}\n##END=\n")
+    with pytest.raises(InputError, match="reco one of"):
+        read_volume(path)
+
+
 def test_a_matlab_file_of_two_images_or_none_asks_for_one(tmp_path):
     from scipy.io import savemat
 
@@ -292,7 +343,7 @@ def test_a_matlab_file_of_two_images_or_none_asks_for_one(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "words"), [("a.czi", "Zeiss ZEN.*Fiji"), ("a.TXM", "Xradia.*DICOM"),
-                                             ("a.vti", "ParaView")])  # fmt: skip
+                                             ("a.mnc", "MINC.*mnc2nii")])  # fmt: skip
 def test_an_image_that_its_program_alone_opens_is_refused_with_the_export_that_helps(tmp_path, name, words):
     (tmp_path / name).write_bytes(b"something\0")
     with pytest.raises(InputError, match=words):

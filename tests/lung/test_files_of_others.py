@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from vasowave.base import InputError, VasowaveWarning
-from vasowave.lung.exchange import PolyLines, lz4_block, measured_lines, read_centerlines, read_polydata, write_vtp
+from vasowave.lung.exchange import PolyLines, measured_lines, read_centerlines, read_polydata, write_vtp
 from vasowave.lung.measure import network_of
+from vasowave.lung.read import lz4_block
 
 AORTA = Path(__file__).parents[2] / ".." / "shared" / "data" / "vmtk-aorta"
 # A root along x to (3, 0, 0), from where one daughter goes 4 along y and one 9 along z; radii 0.4, 0.3, 0.2.

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from vasowave.base import InputError
-from vasowave.lung.exchange import lz4_block, read_polydata
+from vasowave.lung.exchange import read_polydata
+from vasowave.lung.read import lz4_block
 
 POINTS = np.array([[0.0, 1, 2], [3, 4, 5], [6, 7, 8]])
 

@@ -55,6 +55,28 @@ def pictures(folder: Path) -> None:
     (folder / "v.log").write_text("[Reconstruction]\nPixel Size (um)=100.0\nFirst Section=0\nLast Section=8\n")
 
 
+def several_files(folder: Path) -> None:
+    """Write a header of NRRD with a file a slice."""
+    names = [f"s{k}.raw" for k in range(9)]
+    for name, level in zip(names, grey(), strict=True):
+        (folder / name).write_bytes(level.astype("<i2").tobytes())
+    head = "NRRD0004\ntype: short\ndimension: 3\nsizes: 11 10 9\nspacings: 0.1 0.1 0.2\nendian: little\n"
+    (folder / "v.nhdr").write_text(f"{head}encoding: raw\ndata file: LIST\n" + "\n".join(names) + "\n")
+
+
+def vti(folder: Path) -> None:
+    """Write an image of VTK with its voxels appended."""
+    content = grey().astype("<i2").tobytes()
+    head = (
+        '<VTKFile type="ImageData" byte_order="LittleEndian" header_type="UInt32">\n'
+        '<ImageData WholeExtent="0 10 0 9 0 8" Origin="0 0 0" Spacing="0.1 0.1 0.2">\n<Piece Extent="0 10 0 9 0 8">\n'
+        '<PointData><DataArray type="Int16" Name="grey" format="appended" offset="0"/></PointData>\n'
+        '</Piece></ImageData>\n<AppendedData encoding="raw">_'
+    )
+    size = np.array([len(content)], "<u4").tobytes()
+    (folder / "v.vti").write_bytes(head.encode() + size + content + b"</AppendedData></VTKFile>")
+
+
 def scanco(folder: Path) -> None:
     header = bytearray(512)
     header[:16] = b"CTDATA-HEADER_V1"
@@ -76,6 +98,7 @@ def paravision(folder: Path) -> None:
     text = "##$VisuCoreFrameCount=1\n##$VisuCoreSize=( 3 )\n11 10 9\n##$VisuCoreExtent=( 3 )\n1.1 1.0 1.8\n"
     text += "##$VisuCoreUnits=( 3, 65 )\n<mm> <mm> <mm>\n##$VisuCoreWordType=_16BIT_SGN_INT\n##END=\n"
     (folder / "visu_pars").write_text(text)
+    (folder / "reco").write_text("##$RECO_fov=( 3 )\n0.11 0.1 0.18\n##END=\n")
     (folder / "2dseq").write_bytes(grey().astype("<i2").tobytes())
 
 
@@ -172,6 +195,8 @@ FORMS = {
     "raw": _form("v.raw", itk_file("v.mhd", False), mutate_binary),
     "nrrd": _form("v.nrrd", itk_file("v.nrrd", False), _BLANK),
     "nrrd, packed": _form("v.nrrd", itk_file("v.nrrd", True), _BLANK),
+    "nrrd, several files": _form("v.nhdr", several_files, mutate_text),
+    "vti": _form("v.vti", vti, with_header(b"_"), spacing=0.01),
     "nii": _form("v.nii", itk_file("v.nii", False), mutate_binary),
     "nii.gz": _form("v.nii.gz", itk_file("v.nii.gz", True), bombs(nifti_bomb, inside_gzip(mutate_binary))),
     "tif": _form("v.tif", tiff, mutate_binary, spacing=0.01),

@@ -147,6 +147,14 @@ def igor_text(path: Path) -> None:
     path.write_text(f"IGOR\nWAVES/D\tPAP, Flow\nBEGIN\n{body}END\n{scales}")
 
 
+def yokogawa(path: Path) -> None:
+    """Write titles, units and rates behind words, and rows whose first cell is empty."""
+    head = '"Model Name","DL850E"\n"TraceName","PA press","PA flow"\n"VUnit","mmHg","ml/s"\n'
+    head += f'"BlockSize",{COUNT},{COUNT}\n"SampleRate",{RATE},{RATE}\n"Time","10:12:11.000","10:12:11.000"\n\n'
+    body = rows(",", ".", SIGNALS["pressure"], SIGNALS["flow"])
+    path.write_text(head + "".join(f",{row}\n" for row in body.splitlines()))
+
+
 def labelled_matrix(path: Path) -> None:
     matrix = np.column_stack([TIME, SIGNALS["pressure"], SIGNALS["flow"]])
     titles, stated = np.array(["time", "pressure", "flow"]), np.array(["s", "mmHg", "ml/s"])
@@ -308,6 +316,7 @@ FORMS = {
     "json, columns": _form("raw.json", json_columns, mutate_text, read_raw_recording, True),
     "json, channels": _form("raw.json", json_channels, mutate_text, read_raw_recording, True),
     "igor text": _form("raw.itx", igor_text, mutate_text, read_raw_recording),
+    "table, words before titles": _form("raw.csv", yokogawa, mutate_text, read_raw_recording),
     "numpy archive": _form("raw.npz", labelled_matrix, mutate_binary, read_raw_recording),
     "acqknowledge mat": _form("raw.mat", acqknowledge_mat, mutate_mat, read_raw_recording),
     "acq2mat": _form("raw.mat", acq2mat, mutate_mat, read_raw_recording),

@@ -227,6 +227,13 @@ def node_link(path: Path) -> None:
     path.write_text(json.dumps({"directed": True, "nodes": [{"id": i} for i in range(1, 5)], "links": links}, indent=1))
 
 
+def nested_tree(path: Path) -> None:
+    """Write a vessel that holds its daughters, in mm."""
+    ends = [{"name": name, "length": x, "radius": r} for name, x, r in (("left", 4.4, 0.3), ("right", 3.7, 0.35))]
+    root = {"name": "main", "length": 4.1, "radius": 0.47, "children": ends}
+    path.write_text(json.dumps({"unit": "mm", "tree": root}, indent=1))
+
+
 def gxl(path: Path) -> None:
     """Write the same edges in the Graph eXchange Language."""
     sizes = [(1, 2, 4.1, 0.47), (2, 3, 4.4, 0.3), (2, 4, 3.7, 0.35)]
@@ -407,6 +414,7 @@ FORMS = {
     "GXL": _network(gxl, "n.gxl"),
     "list of edges": _network(listed_edges, "n.edgelist"),
     "node-link JSON": _network(node_link, "n.json"),
+    "tree in JSON": _network(nested_tree, "n.json"),
     "spatial graph of Amira": _network(spatial_graph, "n.am"),
     "spatial graph table": _network(
         spatial_graph_workbook, "n.xlsx", inside_zip(mutate_markup, "sheet2.xml"), unit="um"

@@ -108,6 +108,7 @@ def _plain(unit: str) -> str:
         ("seconds", "s"),
         ("second", "s"),
         ("millis", "ms"),
+        ("secs", "s"),
         ("sec", "s"),
         ("dynes", "dyn"),
         ("volts", "v"),

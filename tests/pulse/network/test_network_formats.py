@@ -195,7 +195,7 @@ def test_a_unit_beside_a_file_that_says_its_own_and_one_of_two_tables_alone_are_
     ("name", "text", "words"),
     [
         ("a.csv", EDGES.replace("length[SI]\n", "length[SI],k1[SI]\n").replace("0.05\n", "0.05,3\n")
-         .replace("0.20\n", "0.20,\n").replace("0.10\n", "0.10,\n"), r"columns k1\[SI\]: given and not used"),
+         .replace("0.20\n", "0.20,\n").replace("0.10\n", "0.10,\n"), r"column 'k1\[SI\]': given and not used"),
         ("a.in", SEGMENTS.replace("MAT1 NONE", "MAT1 STENOSIS", 1), "STENOSIS of SEGMENT main: given and not used"),
         ("a.csv", "name,parent,length [cm],radius [cm],tapr [cm/cm]\n1,,1,0.1,0.01\n",
          r"column 'tapr' \(did you mean 'taper'\?\): given and not used"),

@@ -246,6 +246,56 @@ def test_gml_and_node_links_are_graphs_as_graphml_is(tmp_path):
         vw.read_network(gml(tmp_path / "b.gml", "length", "radius"))
 
 
+def nested(path, key="children", names=False):
+    """Write a tree whose vessels hold their daughters, lengths in mm and radii in µm, or name them."""
+
+    def vessel(name):
+        _, length, radius = TREE[name]
+        below = [daughter for daughter, (above, *_) in TREE.items() if above == name]
+        sizes = {"id": name, "length": 10 * length, "radius": 1e4 * radius}
+        return sizes | {key: below if names else [vessel(daughter) for daughter in below]}
+
+    (root,) = (name for name, (mother, *_) in TREE.items() if not mother)
+    units = {"length": "mm", "radius": "um"}
+    path.write_text(json.dumps({"animal": "M7", "units": units, "tree": vessel(root)}), encoding="utf-8")
+    return path
+
+
+def test_a_tree_of_objects_within_objects_is_a_network(tmp_path):
+    for key in ("children", "daughters", "branches"):
+        assert shape(read(nested(tmp_path / "a.json", key))[0]) == expected()
+    for fault, words in ((nested(tmp_path / "b.json", names=True), "a daughter is named where"),
+                         (nested(tmp_path / "c.json"), "'offspring' of a vessel is not read")):  # fmt: skip
+        text = fault.read_text(encoding="utf-8")
+        fault.write_text(text if "named" in words else "offspring".join(text.rsplit("children", 1)), encoding="utf-8")
+        with pytest.raises(InputError, match=words):
+            vw.read_network(fault)
+
+
+def test_the_sheet_of_vessels_is_found_behind_one_of_nodes(tmp_path):
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    book.active.append(["node", "x", "y", "z"])
+    book.active.append([1, 0.0, 0.0, 0.0])
+    sheet = book.create_sheet("Edges")
+    sheet.append(["From node", "To node", "Length [µm]", "Mean radius [µm]"])
+    for name, (_, length, radius) in TREE.items():
+        sheet.append([*NODES[name], 1e4 * length, 1e4 * radius])
+    book.save(tmp_path / "a.xlsx")
+    assert shape(read(tmp_path / "a.xlsx")[0]) == expected()
+
+
+@pytest.mark.parametrize(("name", "text", "words"), [
+    ("a.dot", 'digraph lung {\n 1 -> 2 [length_mm=4];\n}\n', "a graph in DOT"),
+    ("a.csv", '<?xml version="1.0"?>\n<neuroml id="l">\n</neuroml>\n', "XML of a form that is not read"),
+])  # fmt: skip
+def test_a_tree_in_a_language_of_others_is_called_what_it_is(tmp_path, name, text, words):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        vw.read_network(tmp_path / name)
+
+
 def test_damaged_graphs_are_refused_in_words(tmp_path):
     for path in (gml(tmp_path / "a.gml"), node_link(tmp_path / "a.json", "links"), cytoscape(tmp_path / "b.json")):
         text = path.read_text(encoding="utf-8")

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 
 _TIME = (
+    r"(?:(?P<days>\d{1,4}) days?,? )?"
     r"(?:(?P<hours>\d{1,3}):)?(?P<minutes>\d{1,5}):(?P<seconds>\d{1,2})(?:[.,:](?P<fraction>\d{1,9}))?"
     r"\s*(?P<half>[apAP]\.?[mM]\.?)?(?:\.(?P<late>\d{1,9}))?(?:Z|[+-]\d\d:?\d\d)?"
 )
@@ -14,7 +15,7 @@ _DATE = (
 _DATE_AFTER = _DATE.replace("mark", "mark_after")
 _CLOCK = re.compile(rf"(?:(?P<date>{_DATE})(?:\s*-\s*|[ T,]\s*))?{_TIME}(?:\s+(?P<date_after>{_DATE_AFTER}))?")
 _DAY = re.compile(_DATE)
-_DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?(?:e-?\d+)?) (?P<unit>msec|ms|sec|s|min|hr)", re.IGNORECASE)
+_DURATION = re.compile(r"(?P<number>\d+(?:\.\d+)?(?:e-?\d+)?) (?P<unit>msec|ms|sec|s|min|hr)s?", re.IGNORECASE)
 _SECONDS = {"msec": 1e-3, "ms": 1e-3, "sec": 1.0, "s": 1.0, "min": 60.0, "hr": 3600.0}
 _DAY_S = 86400.0
 _HALF_DAY_S = 43200.0
@@ -80,7 +81,7 @@ class Clock:
         hours = int(match["hours"] or 0)
         if match["half"]:
             hours = hours % 12 + 12 * (match["half"][0] in "pP")
-        time += 3600.0 * hours
+        time += 3600.0 * hours + _DAY_S * int(match["days"] or 0)
         date = (
             match["date"]
             or match["date_after"]

@@ -150,6 +150,10 @@ class Columns:
         return value
 
 
+_MARKED = {"{": "JSON", "[{": "JSON", "<": "XML"}
+"""How files begin that are no table, and what they are."""
+
+
 def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None, sheet: str = "") -> Columns:
     """Read a table whose cells are separated by tabs, semicolons, commas or blanks.
 
@@ -189,8 +193,8 @@ def _rows_of(path: Path, sheet: str = "") -> tuple[tuple[str, ...], tuple[tuple[
         numbered = list(enumerate(over, 1))
     if not numbered:
         raise InputError(f"{path}: the file is empty")
-    if numbered[0][1].lstrip().startswith(("{", "[{")):
-        raise InputError(f"{path}: JSON of a form that is not read here; write it as a table, CSV")
+    if marked := next((form for mark, form in _MARKED.items() if numbered[0][1].lstrip().startswith(mark)), ""):
+        raise InputError(f"{path}: {marked} of a form that is not read here; write it as a table, CSV")
     head = head_of(path, numbered, remarks)
     header, separator, plan = head.titles, head.separator, head.plan
     numbered = numbered[head.first :]
@@ -212,10 +216,10 @@ def _rows_of(path: Path, sheet: str = "") -> tuple[tuple[str, ...], tuple[tuple[
     return header, tuple(map(tuple, rows)), lines, cut
 
 
-def read_titles(path: Path, start: bytes) -> tuple[str, ...]:
+def read_titles(path: Path, start: bytes, sheet: str = "") -> tuple[str, ...]:
     """Return the titles of a table's columns, lower case, by the first bytes of its file; none if it has none."""
     if is_workbook(start):
-        texts = next((block.texts for block in read_lines(path)), [])
+        texts = next((block.texts for block in read_lines(path, sheet=sheet)), [])
     else:
         encoding = "utf-16" if start[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
         texts = start.decode(encoding, errors="replace").split("\n")

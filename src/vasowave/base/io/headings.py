@@ -12,7 +12,8 @@ _HEADING = re.compile(r"^\s*(?P<name>.*?)\s*(?:[\[(]\s*(?P<unit>[^\])\[(]*)[\])]
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 _CLOCK_UNIT = re.compile(r"[hmsdyaHMSDYT:.,/ -]*[:.][hmsHMS:.,/ -]*|date|time|ddd+", re.IGNORECASE)
 _SIGNALS = ("pressure", "flow", "voltage", "velocity", "volume", "relative volume")
-_TITLE_KEYS, _UNIT_KEYS = ("signal", "signals", "channel", "channels"), ("vert_units", "units", "unit")
+_TITLE_KEYS = ("signal", "signals", "channel", "channels", "tracename")
+_UNIT_KEYS = ("vert_units", "units", "unit", "vunit")
 _TIMES = ("t", "time", "timestamp", "elapsed_time")
 _DOTTED = re.compile(r"[^\W\d_][\w.]*\.[\w.]*")  # R writes a dot for each sign that names may not have
 _LISTED = re.compile(r'"columns?": ?\[([^\]]*)\]')  # OpenSignals writes JSON
@@ -35,7 +36,7 @@ def listed_titles(above: Sequence[str], named: Sequence[str], width: int) -> lis
     if count is None:
         return []
     channels = int(re.findall(r"\d+", above[count])[0])
-    lines = [bare(text) for text in above[count + 1 : count + 1 + 2 * channels]]
+    lines = [bare(text.rstrip(" \t;,")) for text in above[count + 1 : count + 1 + 2 * channels]]
     if len(lines) < 2 * channels or width not in (channels, channels + 1):
         return []
     titles = [f"{title} [{unit}]" for title, unit in zip(lines[::2], lines[1::2], strict=True)]
@@ -43,12 +44,14 @@ def listed_titles(above: Sequence[str], named: Sequence[str], width: int) -> lis
 
 
 def keyed_titles(above: Sequence[str], separator: str | None, width: int) -> list[str]:
-    """Return titles that stand in a line behind a word for them, with units in another such line, as HIOKI writes."""
+    """Return titles that stand in a line behind a word for them, with units in another: of HIOKI and Yokogawa."""
     rows = [[bare(cell) for cell in csv_cells(text, separator)] for text in above] if separator else []
     keyed = {cells[0].casefold(): [cell for cell in cells[1:] if cell] for cells in rows if len(cells) > 1}
     titles, named = (next((keyed[key] for key in keys if key in keyed), []) for keys in (_TITLE_KEYS, _UNIT_KEYS))
     if len(titles) == width - 1 and keyed.get("horz_units"):
         titles, named = ["time", *titles], [*keyed["horz_units"][:1], *named]
+    if "tracename" in keyed:  # the first cell of its rows is empty
+        titles, named = ["", *titles], ["", *named]
     if len(titles) != width:
         return []
     named = named if len(named) == width else [""] * width

@@ -37,11 +37,12 @@ _RATE = re.compile(
     r"\W*?(?P<rate>\d+(?:[.,]\d+)?)\s*(?P<k>k?)hz"
     r"|\bfs\s*[=:]?\s*(?P<fs>\d+(?:[.,]\d+)?)\s*(?P<kilo>k?)hz"
     r"|\"sampling rate\": ?(?P<json>\d+(?:\.\d+)?)"
-    r"|(?:sampl\w*|acquisition)[ _-]*(?:rate|freq\w*)\W*(?P<plain>\d+(?:[.,]\d+)?)\s*(?:/ ?s\w*|samples.*)?$",
+    r"|(?:sampl\w*|acquisition)[ _-]*(?:rate|freq\w*)\W*(?P<plain>\d+(?:\.\d+|,\d+(?!\.))?)"
+    r"(?:,(?P=plain))*\s*(?:/ ?s\w*|samples.*)?$",
     re.IGNORECASE,
 )
 _DELTA_X = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
-_TIMELESS = re.compile(r"x_columns\s+no\b", re.IGNORECASE)  # LabVIEW: the first cell of every row is empty
+_TIMELESS = re.compile(r"x_columns\s+no\b|\"tracename", re.I)  # LabVIEW, Yokogawa: the first cell of rows is empty
 _MAX_CAPTIONS = 4  # rows above the titles of a table without clocks and units
 _TIMES = ("time", "t", "zeit", "temps", "tiempo", "elapsed time")
 _NOTES = ("comment", "comments")
@@ -52,7 +53,7 @@ _UNITS = ("unit", "units", "einheit", "unité", "unidad")
 _SUBJECTS = ("animal", "subject", "id", "animal_id", "subject_id", "mouse", "rat", "pig", "patient", "tier")
 """Titles of a table with a row a sample of one signal, as R and pandas write it: its signal, value, unit, and whose."""
 _FEWEST_SAMPLES = 8  # of a signal; a table of numbers has one of each
-_SAMPLES = re.compile(r"Samples\t(\d{1,9})\b")  # LabVIEW
+_SAMPLES = re.compile(r"(?:Samples\t|\"BlockSize\",)(\d{1,9})\b")  # LabVIEW, Yokogawa
 _PER_SAMPLE = re.compile(r"(\d+(?:[.,]\d+)?)\s*(usec|msec|sec|min)/sample", re.IGNORECASE)
 _PROGRAMS = {
     "emka technologies": "emka IOX", "iox version": "emka IOX", "notocord": "Notocord-hem", "ponemah": "Ponemah",
@@ -196,11 +197,15 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
             return []
         row = split_titles(texts[index]) if separator is None else csv_cells(texts[index], separator)
         row = [title.strip().strip("'\"").strip() for title in row]
+        if separator is None and len(row) + 1 in widths and units.is_of(texts[index + 1].split()[0], "time"):
+            row = ["time", *row]  # nothing stands above the unit of the times
         is_wide = bool(row) and row[-1].casefold() in _NOTES and len(row) - 1 in widths
         return row if (is_wide or len(row) in widths) and not all(map(is_value, row)) else []
 
     nearest = next((i for i in range(data - 1, -1, -1) if not _is_count(texts[i], separator)), -1)
     titles, upper = fitting(nearest), fitting(nearest - 1)
+    if listed := listed_titles(texts[:data], titles, len(list(_stripped(cells)))):
+        return listed, True
     lowest = nearest - 1 if any(map(has_unit, titles)) else nearest - 3  # remarks may follow units
     below = (i for i in range(nearest, max(lowest, 0), -1) if fitting(i - 1))
     merged = next(filter(None, (with_unit_row(fitting(i - 1), texts[i], separator) for i in below)), None)
@@ -208,15 +213,13 @@ def _titles_above(texts: Sequence[str], data: int, remarks: Sequence[str]) -> tu
         titles = [upper[i - 1] or upper[i] if i % 2 else "X_Value" for i in range(len(titles))]
     elif titles and merged:
         titles = merged
-    elif titles and any(map(is_numeric, titles)):
+    elif any(is_numeric(title) or is_clock(title) or is_date(title) for title in titles):
         titles = []
     titles = with_unit_labels(titles, texts[:data], separator)
     titles = _under_groups(titles, fitting(nearest - 1 - bool(merged)))
-    listed = listed_titles(texts[:data], titles, len(list(_stripped(cells)))) or (
-        [] if titles else keyed_titles(texts[:data], separator, len(cells))
-        or remarked_titles(remarks, separator, len(cells))
-    )  # fmt: skip
-    return (listed or titles), bool(listed or titles)
+    titles = titles or keyed_titles(texts[:data], separator, len(cells))
+    titles = titles or remarked_titles(remarks, separator, len(cells))
+    return titles, bool(titles)
 
 
 def _under_groups(titles: list[str], above: list[str]) -> list[str]:

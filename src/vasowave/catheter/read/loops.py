@@ -1,6 +1,7 @@
 """Pressure and volume of a ventricle from any format of recordings, and the calibration of a conductance."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -8,23 +9,14 @@ import numpy as np
 
 from vasowave.base import units
 from vasowave.base.errors import InputError
-from vasowave.base.findings import Finding, Severity, note_kind, warn
+from vasowave.base.findings import Finding, note_kind
 from vasowave.base.settings import Positive, given_values, settings_class
 from vasowave.catheter.check.catheter import DELAY_CORRECTED
 from vasowave.catheter.read.choosing import VENTRICLE, choose, pick_channels
 from vasowave.catheter.read.formats import check_sheet, read_blocks
 from vasowave.catheter.read.joined import joined_blocks
-from vasowave.catheter.read.read_raw import (
-    all_wanted,
-    at_rate,
-    canonical,
-    check_lengths,
-    choose_block,
-    refuse_gaps,
-    stretch_of,
-)
+from vasowave.catheter.read.read_raw import at_one_rate, canonical, check_timed, in_units, read_block, refuse_gaps
 from vasowave.catheter.signals.channels import Block, Channel
-from vasowave.catheter.signals.signal import NAME_THE_RATE, RATE
 from vasowave.pulse.cycle.ventricular import PressureVolume
 
 CALIBRATED = note_kind(
@@ -108,21 +100,12 @@ def read_loops(path: str | Path, volume_file: str | Path | None = None, **settin
     check_sheet(files, reading.sheet)
     of_files = [read_blocks(file, reading.sampling_rate, None, reading.sheet) for file in files]
     blocks = of_files[0] if volume_file is None else joined_blocks(files, of_files)
-    number, notes = choose_block(path, blocks, reading.block)
-    for suspicion in blocks[number].suspicions:
-        if suspicion.severity is Severity.LOOK:
-            warn(suspicion.at(str(path)))
-    picked, guessed = _picked(path, blocks[number], reading)
-    signals, calibrated = _in_units(picked, reading)
-    rate = max(channel.sampling_rate for channel in picked.values())
-    waves, notes = [], [*notes, *blocks[number].suspicions, *guessed, *calibrated]
-    for name, channel in picked.items():
-        values, words = at_rate(stretch_of(channel, signals[name], reading.start, reading.end), channel, rate)
-        waves.append(values)
-        notes += words
-    count = min(map(len, waves))
-    origin = round((reading.start or 0.0) * rate) / rate
-    recording = PressureVolume(waves[0][:count], waves[1][:count], rate, str(path), tuple(notes), origin)
+    block, notes = read_block(Path(path), blocks, reading.block)
+    picked, guessed = _picked(path, block, reading)
+    scaled, calibrated = in_units(picked, partial(_converted, reading))
+    signals, rate, origin, interpolated = at_one_rate(scaled, reading.start, reading.end)
+    notes = [*notes, *guessed, *calibrated, *interpolated]
+    recording = PressureVolume(signals["pressure"], signals["volume"], rate, str(path), tuple(notes), origin)
     return _advanced(recording, reading.volume_delay) if reading.volume_delay else recording
 
 
@@ -133,28 +116,14 @@ def _picked(path: str | Path, block: Block, reading: LoopReading) -> tuple[dict[
     if choose(channels, titles, VENTRICLE).problems:
         channels = list(block.channels)
     picked, guessed = pick_channels(path, channels, titles, VENTRICLE, block.program)
-    if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
-        raise InputError(f"{path}: no times; {NAME_THE_RATE}", [RATE])
-    check_lengths(list(picked.values()))
+    check_timed(path, picked)
     refuse_gaps(list(picked.values()), reading.start, reading.end)
     return picked, guessed
 
 
-def _in_units(picked: dict[str, Channel], reading: LoopReading) -> tuple[dict[str, np.ndarray], list[Finding]]:
-    """Return mmHg and ml, and what was given or assumed; what is wrong with both units is told at once."""
-    signals, notes, wrong = dict[str, np.ndarray](), list[Finding](), list[InputError]()
-    for name, channel in picked.items():
-        try:
-            if name == "volume":
-                signals[name], words = _calibrated(channel, reading)
-            else:
-                signals[name], words = canonical(channel, name, reading.pressure_unit)
-            notes += words
-        except InputError as error:
-            wrong.append(error)
-    if wrong:
-        raise all_wanted(wrong)
-    return signals, notes
+def _converted(reading: LoopReading, name: str, channel: Channel) -> tuple[np.ndarray, list[Finding]]:
+    """Return mmHg or ml, and what was given or assumed."""
+    return _calibrated(channel, reading) if name == "volume" else canonical(channel, name, reading.pressure_unit)
 
 
 def _advanced(recording: PressureVolume, delay: float) -> PressureVolume:

@@ -7,6 +7,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vasowave.base.cures import UNKNOWN, SetCells
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Severity, look_kind, note_kind, warn
@@ -180,27 +182,48 @@ class _Last(Enum):
 def _assemble(signals: list[Signal], period: float | None, together: bool, site: SiteName) -> Recording:
     """Check both signals and make the recording; `together` says that they come from one table."""
     for signal in signals:
-        if len(signal.values) < MIN_PHASES:
-            raise InputError(
-                f"{signal.places[-1]}: the file ends after {len(signal.values)} samples of {signal.quantity}; "
-                f"at least {MIN_PHASES} a cycle are needed"
-            )
-        _check_units(signal, swapped_files=not together)
+        _check(signal, swapped_files=not together)
     if period is not None:
         check_period(period, "period")
     lasts = _last_samples(signals, period)
     cycles = [signal.values[:-1] if last is _Last.NEXT else signal.values for signal, last in zip(signals, lasts)]
     periods = [_period(signal, len(cycle), period) for signal, cycle in zip(signals, cycles)]
-    differ, gated, delay_sd = abs(periods[0] - periods[1]) / min(periods), list[Finding](), 0.0
-    if 0.01 < differ <= _MAX_GATED_DIFFERENCE and not together and min(map(len, cycles)) < MAX_PHASES:
-        gated = [PERIODS_DIFFER(pressure=periods[0], flow=periods[1], percent=100 * differ)]
-        periods[1], delay_sd = periods[0], periods[0] * place_error(min(map(len, cycles)))
-    elif differ > 0.01:
+    periods, delay_sd, gated = _one_period(signals, cycles, periods, together)
+    remarks = [*gated, *_said_of_last(signals, lasts, periods)]
+    cycles, cycle_period, several = _one_beat(signals, cycles, periods)
+    notes = [note for signal, cycle in zip(signals, cycles) for note in _notes_of(signal, cycle)]
+    for i, (signal, cycle) in enumerate(zip(signals, cycles)):
+        if len(cycle) < MIN_SAMPLES:
+            cycles[i] = resample(cycle, len(cycle) * -(-MIN_SAMPLES // len(cycle)))
+            notes.append(FEW_PHASES(quantity=signal.quantity, count=len(cycle), harmonics=(len(cycle) - 1) // 2))
+    odd = [*remarks, *several, *odd_values(cycles[0], cycles[1], cycle_period, site)]
+    for finding in odd:
+        if finding.severity is Severity.LOOK:
+            warn(finding.at(signals[0].file), stacklevel=3)
+    source = " and ".join(dict.fromkeys(Path(signal.file).name for signal in signals))
+    return Recording(cycles[0], cycles[1], cycle_period, source, (*notes, *odd), site=site, flow_delay_sd=delay_sd)
+
+
+def _one_period(
+    signals: Sequence[Signal], cycles: Sequence[np.ndarray], periods: list[float], together: bool
+) -> tuple[list[float], float, list[Finding]]:
+    """Return periods of two signals, that of the pressure for a flow which was gated apart, the SD of its place, s."""
+    differ, phases = abs(periods[0] - periods[1]) / min(periods), min(map(len, cycles))
+    if differ <= 0.01:
+        return periods, 0.0, []
+    if together or differ > _MAX_GATED_DIFFERENCE or phases >= MAX_PHASES:
         raise InputError(
             f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
             "pressure and flow must be of one cycle"
         )
-    remarks = [*gated, *_said_of_last(signals, lasts, periods)]
+    difference = PERIODS_DIFFER(pressure=periods[0], flow=periods[1], percent=100 * differ)
+    return [periods[0]] * 2, periods[0] * place_error(phases), [difference]
+
+
+def _one_beat(
+    signals: Sequence[Signal], cycles: list[np.ndarray], periods: Sequence[float]
+) -> tuple[list[np.ndarray], float, list[Finding]]:
+    """Return one beat of each signal and its period, s: the mean of several where times tell how long each lasts."""
     untimed = all(signal.time is None for signal in signals)  # whose period may be that of one or of all
     if untimed and (count := many_beats(cycles[0], cycles[1])):
         raise InputError(
@@ -209,36 +232,34 @@ def _assemble(signals: list[Signal], period: float | None, together: bool, site:
             [RATE],
         )
     beats = beats_within(cycles[0], cycles[1], math.inf if untimed else periods[0])
-    if beats > 1:
-        if untimed:
-            raise InputError(
-                f"{signals[0].file}: the table holds {beats} beats, and nothing tells whether the period of "
-                f"{periods[0]:g} s is that of one or of all; cut exactly one cycle, or add a column of time"
-            )
-        averaged = [mean_beat(cycle, beats) for cycle in cycles]
-        cycles, periods = [mean for mean, _ in averaged], [duration / beats for duration in periods]
-        remarks.append(several_finding(beats, periods[0], max(unlike for _, unlike in averaged)))
-    notes: list[Finding] = []
-    for signal, cycle in zip(signals, cycles):
-        notes += signal.notes
-        notes += check_closure(cycle, signal.quantity, signal.file)
-        if signal.assumed_unit:
-            name = Path(signal.file).name
-            notes.append(ASSUMED_UNIT(quantity=signal.quantity, unit=signal.assumed_unit, name=name))
-    for i, (signal, cycle) in enumerate(zip(signals, cycles)):
-        if len(cycle) < MIN_SAMPLES:
-            cycles[i] = resample(cycle, len(cycle) * -(-MIN_SAMPLES // len(cycle)))
-            notes.append(FEW_PHASES(quantity=signal.quantity, count=len(cycle), harmonics=(len(cycle) - 1) // 2))
-    odd = odd_values(cycles[0], cycles[1], periods[0], site)
-    for finding in (*remarks, *odd):
-        if finding.severity is Severity.LOOK:
-            warn(finding.at(signals[0].file), stacklevel=3)
-    source = " and ".join(dict.fromkeys(Path(signal.file).name for signal in signals))
-    return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *remarks, *odd), site=site,
-                     flow_delay_sd=delay_sd)  # fmt: skip
+    if beats <= 1:
+        return cycles, periods[0], []
+    if untimed:
+        raise InputError(
+            f"{signals[0].file}: the table holds {beats} beats, and nothing tells whether the period of "
+            f"{periods[0]:g} s is that of one or of all; cut exactly one cycle, or add a column of time"
+        )
+    averaged, period = [mean_beat(cycle, beats) for cycle in cycles], periods[0] / beats
+    several = several_finding(beats, period, max(unlike for _, unlike in averaged))
+    return [mean for mean, _ in averaged], period, [several]
 
 
-def _check_units(signal: Signal, swapped_files: bool) -> None:
+def _notes_of(signal: Signal, cycle: np.ndarray) -> list[Finding]:
+    """Return what was noted of a signal when it was read, of the ends of its cycle, and of a unit that is assumed."""
+    notes = [*signal.notes, *check_closure(cycle, signal.quantity, signal.file)]
+    if signal.assumed_unit:
+        name = Path(signal.file).name
+        notes.append(ASSUMED_UNIT(quantity=signal.quantity, unit=signal.assumed_unit, name=name))
+    return notes
+
+
+def _check(signal: Signal, swapped_files: bool) -> None:
+    """Refuse a signal of too few samples, or that can be neither in its unit nor of its kind."""
+    if len(signal.values) < MIN_PHASES:
+        raise InputError(
+            f"{signal.places[-1]}: the file ends after {len(signal.values)} samples of {signal.quantity}; "
+            f"at least {MIN_PHASES} a cycle are needed"
+        )
     try:
         _CHECKS[signal.quantity](signal.values, signal.file)
     except InputError as error:

@@ -1,8 +1,10 @@
 """Read a continuous recording of pressure, flow and ECG from the files a lab has."""
 
 import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +22,7 @@ from vasowave.catheter.read.formats import check_sheet, read_blocks
 from vasowave.catheter.read.gated import GatedCycle, gated_channel, gated_file, on_beats
 from vasowave.catheter.read.joined import joined_blocks
 from vasowave.catheter.read.velocity import flow_of_velocity
-from vasowave.catheter.signals.channels import Block, Channel, Comment
+from vasowave.catheter.signals.channels import Block, Channel
 from vasowave.catheter.signals.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.catheter.signals.interventions import comment_findings
 from vasowave.catheter.signals.raw import MIN_DURATION_S, RawRecording, check_rate
@@ -118,118 +120,151 @@ def read_raw_recording(
     1000.0
     """
     reading = given_values(Reading, None, settings)
-    check_sheet([path] if flow_file is None else [path, flow_file], reading.sheet)
+    path, files = Path(path), [Path(file) for file in (path, flow_file) if file is not None]
+    check_sheet(files, reading.sheet)
+    blocks, gated = _blocks_of(files, reading, progress)
+    reading = reading if gated is None else replace(reading, flow_unit=None)  # it has been applied
+    block, notes = read_block(path, blocks, reading.block)
+    picked, delay_sd, choices = _picked(path, block, reading, gated)
+    start, end, around, remarks = _stretch(path, block, picked, reading)
+    gaps = refuse_gaps(list(picked.values()), start, end)
+    scaled, converted = in_units(picked, partial(_converted, reading))
+    channels = {column_of(name): channel for name, channel in scaled.items()}
+    raw = _between(path, block, channels, start, end)
+    read_span = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
+    shortest = MIN_DURATION_S + 1 / raw.sampling_rate
+    spans = [span for span in free_between([*gaps, read_span], *around) if span.end - span.start > shortest]
+    notes = [*notes, *choices, *remarks, *converted, *raw.notes]
+    neighbors = tuple(_between(path, block, channels, *span) for span in spans)
+    return replace(raw, site=reading.site, flow_delay_sd=delay_sd, notes=tuple(notes), beside=neighbors)
+
+
+def _blocks_of(
+    files: Sequence[Path], reading: Reading, progress: Progress | None
+) -> tuple[list[Block], GatedCycle | None]:
+    """Return the blocks of a file, or of two on one clock, and the cycle of the second where that was gated."""
+    path, *further = files
     try:
         blocks = read_blocks(path, reading.sampling_rate, progress, reading.sheet)
     except InputError as error:
         raise _with_units_wanted(error, path, reading) from None
-    gated: GatedCycle | None = None
-    if flow_file is not None:
-        described = read_blocks(flow_file, np.nan, progress, reading.sheet)
+    for file in further:
+        described = read_blocks(file, np.nan, progress, reading.sheet)
         length = max(len(channel.values) for block in described for channel in block.channels)
-        gated = gated_file(Path(flow_file), reading.flow_unit, reading.site, reading.sheet, length)
-        if gated is not None and (reading.flow or reading.flow_diameter):
-            raise InputError(f"{flow_file}: of a gated cycle neither a channel nor a diameter can be chosen; leave its "
-                             "flow alone in the file")  # fmt: skip
+        gated = gated_file(file, reading.flow_unit, reading.site, reading.sheet, length)
         if gated is None:
-            of_files = [blocks, read_blocks(flow_file, reading.sampling_rate, progress, reading.sheet)]
-            blocks = joined_blocks([Path(path), Path(flow_file)], of_files)
-    flow_unit = reading.flow_unit if gated is None else None  # `gated_file` has applied it
-    number, notes = choose_block(path, blocks, reading.block)
-    chosen = blocks[number]
-    for suspicion in chosen.suspicions:
-        if suspicion.severity is Severity.LOOK:
-            warn(suspicion.at(str(path)))
-    notes += chosen.suspicions
-    if np.isfinite(fastest := max(channel.sampling_rate for channel in chosen.channels)):
+            of_files = [blocks, read_blocks(file, reading.sampling_rate, progress, reading.sheet)]
+            return joined_blocks(files, of_files), None
+        if reading.flow or reading.flow_diameter:
+            raise InputError(f"{file}: of a gated cycle neither a channel nor a diameter can be chosen; leave its flow "
+                             "alone in the file")  # fmt: skip
+        return blocks, gated
+    return blocks, None
+
+
+def _warn_of(path: Path, findings: Iterable[Finding]) -> None:
+    """Warn of what somebody should look at."""
+    for finding in findings:
+        if finding.severity is Severity.LOOK:
+            warn(finding.at(str(path)), stacklevel=4)
+
+
+def read_block(path: Path, blocks: list[Block], number: int | None) -> tuple[Block, list[Finding]]:
+    """Return the block to read, and what is to be known of it and of the choice, of which some is warned of."""
+    index, notes = choose_block(path, blocks, number)
+    _warn_of(path, blocks[index].suspicions)
+    return blocks[index], [*notes, *blocks[index].suspicions]
+
+
+def _picked(
+    path: Path, block: Block, reading: Reading, gated: GatedCycle | None
+) -> tuple[dict[str, Channel], float, list[Finding]]:
+    """Return the channels of pressure, flow and ECG, of equal length, the SD of the flow's place, s, and findings."""
+    if np.isfinite(fastest := max(channel.sampling_rate for channel in block.channels)):
         check_rate(str(path), fastest)
     titles = wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter is not None)
     if gated is not None:
         titles = {name: title for name, title in titles.items() if name in ("pressure", "ecg")}
-    picked, guessed = pick_channels(path, chosen.channels, titles, reading.site, chosen.program)
-    notes += guessed
+    picked, notes = pick_channels(path, block.channels, titles, reading.site, block.program)
     if gated is None and "flow" in picked:
-        gated = gated_channel(Path(path), picked["flow"], chosen.channels)
+        gated = gated_channel(path, picked["flow"], block.channels)
     delay_sd = 0.0
     if gated is not None:
-        picked["flow"], put, delay_sd = on_beats(Path(path), picked["pressure"], gated)
+        picked["flow"], put, delay_sd = on_beats(path, picked["pressure"], gated)
         notes.append(put)
-        warn(put.at(str(path)))
-    if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
-        raise InputError(f"{path}: no times; {NAME_THE_RATE}", [RATE])
-    if "ecg" not in picked:
-        notes.append(NO_ECG())
-    check_lengths(list(picked.values()))
+        _warn_of(path, [put])
+    check_timed(path, picked)
+    return picked, delay_sd, notes if "ecg" in picked else [*notes, NO_ECG()]
+
+
+def _stretch(
+    path: Path, block: Block, picked: Mapping[str, Channel], reading: Reading
+) -> tuple[float | None, float | None, Span, list[Finding]]:
+    """Return start and end of what is read, s, the longest stretch around it without an intervention, and findings."""
     lasts = min(channel.duration for channel in picked.values())
-    stretch, around, remarks = comment_findings(chosen.comments, lasts, reading.start, reading.end)
-    start, end = (
-        (stretch.start or None, None if stretch.end == lasts else stretch.end)
-        if remarks
-        else (reading.start, reading.end)
-    )
-    notes += remarks
-    for finding in remarks:
-        if finding.severity is Severity.LOOK:
-            warn(finding.at(str(path)))
-    gaps = refuse_gaps(list(picked.values()), start, end)
-    rate = max(channel.sampling_rate for channel in picked.values())
-    stated_units = {"pressure": reading.pressure_unit, "ecg": None}
-    scaled = {}
-    wrong = []
+    stretch, around, remarks = comment_findings(block.comments, lasts, reading.start, reading.end)
+    _warn_of(path, remarks)
+    if not remarks:
+        return reading.start, reading.end, around, remarks
+    return stretch.start or None, None if stretch.end == lasts else stretch.end, around, remarks
+
+
+def _converted(reading: Reading, name: str, channel: Channel) -> tuple[np.ndarray, list[Finding]]:
+    """Return the values of a channel in the canonical unit, of a velocity the flow, and what was assumed."""
+    stated = {"pressure": reading.pressure_unit, "ecg": None}.get(name, reading.flow_unit)
+    values, notes = canonical(channel, name, stated)
+    if name != "velocity":
+        return values, notes
+    flow, made = flow_of_velocity(values, reading.flow_diameter or 0.0)
+    return flow, [*notes, made]
+
+
+def in_units(
+    picked: Mapping[str, Channel], convert: Callable[[str, Channel], tuple[np.ndarray, list[Finding]]]
+) -> tuple[dict[str, Channel], list[Finding]]:
+    """Return channels with the values that `convert` makes of them, and its findings; all that is wrong at once."""
+    scaled, notes, wrong = dict[str, Channel](), list[Finding](), list[InputError]()
     for name, channel in picked.items():
         try:
-            values, words = canonical(channel, name, stated_units.get(name, flow_unit))
+            values, words = convert(name, channel)
         except InputError as error:
             wrong.append(error)
-            continue
-        notes += words
-        if name == "velocity":
-            values, made = flow_of_velocity(values, reading.flow_diameter or 0.0)
-            notes.append(made)
-        scaled[column_of(name)] = replace(channel, values=values)
+        else:
+            scaled[name] = replace(channel, values=values)
+            notes += words
     if wrong:
         raise all_wanted(wrong)
-    raw = _between(path, scaled, start, end, rate)
-    raw = replace(
-        raw,
-        site=reading.site,
-        flow_delay_sd=delay_sd,
-        notes=(*notes, *raw.notes),
-        comments=_comments(chosen, raw.origin, raw.duration),
-    )
-    read_span = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
-    spans = [
-        span for span in free_between([*gaps, read_span], *around) if span.end - span.start > MIN_DURATION_S + 1 / rate
-    ]
-    neighbours = (_between(path, scaled, *span, rate) for span in spans)
-    return replace(
-        raw,
-        beside=tuple(
-            replace(recording, comments=_comments(chosen, recording.origin, recording.duration))
-            for recording in neighbours
-        ),
-    )
+    return scaled, notes
+
+
+def at_one_rate(channels: Mapping[str, Channel], start: float | None, end: float | None
+                ) -> tuple[dict[str, np.ndarray], float, float, list[Finding]]:  # fmt: skip
+    """Return a stretch of all channels at the rate of the fastest; that, its origin, s, and what was interpolated."""
+    rate = max(channel.sampling_rate for channel in channels.values())
+    pieces = {name: at_rate(stretch_of(channel, channel.values, start, end), channel, rate)
+              for name, channel in channels.items()}  # fmt: skip
+    count = min(len(values) for values, _ in pieces.values())
+    notes = [note for _, words in pieces.values() for note in words]
+    signals = {name: values[:count] for name, (values, _) in pieces.items()}
+    return signals, rate, round((start or 0.0) * rate) / rate, notes
 
 
 def _between(
-    path: str | Path, channels: dict[str, Channel], start: float | None, end: float | None, rate: float
+    path: Path, block: Block, channels: Mapping[str, Channel], start: float | None, end: float | None
 ) -> RawRecording:
-    """Return a stretch of all channels at one rate."""
-    signals, notes = dict[str, np.ndarray](), list[Finding]()
-    for name, channel in channels.items():
-        signals[name], rate_notes = at_rate(stretch_of(channel, channel.values, start, end), channel, rate)
-        notes += rate_notes
-    count = min(map(len, signals.values()))
-    cut = {name: values[:count] for name, values in signals.items()}
-    origin = round((start or 0.0) * rate) / rate
-    return RawRecording(
-        cut["pressure"], cut["flow"], rate, cut.get("ecg"), str(path), tuple(notes), origin=origin
-    )  # fmt: skip
+    """Return a stretch of a block with its comments."""
+    signals, rate, origin, notes = at_one_rate(channels, start, end)
+    last = origin + len(signals["pressure"]) / rate
+    comments = tuple(comment for comment in block.comments if origin <= comment.time <= last)
+    return RawRecording(signals["pressure"], signals["flow"], rate, signals.get("ecg"), str(path), tuple(notes),
+                        origin=origin, comments=comments)  # fmt: skip
 
 
-def check_lengths(channels: list[Channel]) -> None:
-    """Refuse channels of one block that do not last equally long: a sampling rate or an end is wrong."""
-    shortest, *_, longest = sorted(channels, key=lambda channel: channel.duration)
+def check_timed(path: str | Path, picked: Mapping[str, Channel]) -> None:
+    """Refuse channels of one block without times, or that do not last equally long: a rate or an end is wrong."""
+    if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
+        raise InputError(f"{path}: no times; {NAME_THE_RATE}", [RATE])
+    shortest, *_, longest = sorted(picked.values(), key=lambda channel: channel.duration)
     if longest.duration > (1 + _MAX_LENGTH_DIFFERENCE) * shortest.duration + 2 / shortest.sampling_rate:
         durations = " and ".join(
             f"'{extreme.title}' {extreme.duration:.6g} s ({len(extreme.values)} samples at {extreme.sampling_rate:g} a "
@@ -253,11 +288,6 @@ def refuse_gaps(channels: list[Channel], start: float | None, end: float | None)
         text, cures = describe_gaps(all_gaps, first, last, MIN_DURATION_S)
         raise InputError(f"{place}: {text}", cures)
     return [gap for spans in gaps.values() for gap in spans]
-
-
-def _comments(block: Block, origin: float, lasts: float) -> tuple[Comment, ...]:
-    """Return the remarks in a stretch of a block."""
-    return tuple(c for c in block.comments if origin <= c.time <= origin + lasts)
 
 
 def choose_block(path: str | Path, blocks: list[Block], block: int | None) -> tuple[int, list[Finding]]:
@@ -306,7 +336,7 @@ def _with_units_wanted(error: InputError, path: str | Path, reading: Reading) ->
         titles = wanted_titles(reading.pressure, reading.flow, reading.ecg, reading.flow_diameter is not None)
         for name, channel in pick_channels(path, block.channels, titles, reading.site, block.program)[0].items():
             try:
-                canonical(channel, name, {"pressure": reading.pressure_unit, "ecg": None}.get(name, reading.flow_unit))
+                _converted(reading, name, channel)
             except InputError as unit_error:
                 wrong.append(unit_error)
     return all_wanted(wrong)

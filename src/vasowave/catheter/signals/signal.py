@@ -125,6 +125,8 @@ def sampling(
     time: np.ndarray, quantum: float, file: str, place: Callable[[int], str]
 ) -> tuple[float, np.ndarray | None]:
     """Return samples per second, and the places of samples if the times leap over gaps; raises as `even_step`."""
+    if len(gaps := np.flatnonzero(~np.isfinite(time))):
+        raise InputError(f"{place(int(gaps[0]))}, time: the cell is empty or no number")
     leaps = leaps_closed(time)
     even, places = (time, None) if leaps is None else leaps
     return 1.0 / even_step(even, quantum, file, place), places

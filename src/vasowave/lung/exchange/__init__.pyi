@@ -8,7 +8,6 @@ from vasowave.lung.exchange.convention import as_extracted as as_extracted
 from vasowave.lung.exchange.legacy_vtk import PolyLines as PolyLines
 from vasowave.lung.exchange.legacy_vtk import parse_legacy as parse_legacy
 from vasowave.lung.exchange.merging import merged as merged
-from vasowave.lung.exchange.polydata import lz4_block as lz4_block
 from vasowave.lung.exchange.polydata import read_polydata as read_polydata
 from vasowave.lung.exchange.polydata import write_vtp as write_vtp
 from vasowave.lung.exchange.swc import read_swc as read_swc

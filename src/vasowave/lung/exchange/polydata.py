@@ -1,11 +1,8 @@
 """VTK PolyData lines: read .vtp (XML) and .vtk (legacy), write .vtp; no VTK needed."""
 
 import base64
-import lzma
 import zlib
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,15 +11,7 @@ from vasowave.base.errors import InputError
 from vasowave.base.io.files import write_file
 from vasowave.base.io.textfile import read_bytes
 from vasowave.lung.exchange.legacy_vtk import PolyLines, parse_legacy
-
-_TYPES = {
-    "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4",
-    "Int64": "i8", "UInt64": "u8", "Float32": "f4", "Float64": "f8",
-}  # fmt: skip
-
-_DAMAGE = (ValueError, KeyError, IndexError, TypeError, OverflowError, MemoryError, zlib.error, lzma.LZMAError)
-_MOST = 1 << 28
-"""Bytes that an array may hold beside 64 times what it takes in the file."""
+from vasowave.lung.read.vti import DAMAGE, TYPES, array_of, document
 
 
 def read_polydata(path: str | Path) -> PolyLines:
@@ -39,7 +28,7 @@ def read_polydata(path: str | Path) -> PolyLines:
         return parse_legacy(raw) if raw.startswith(b"# vtk") else _xml(raw)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except _DAMAGE as error:
+    except DAMAGE as error:
         raise InputError(f"{path}: damaged or truncated PolyData ({error}); write the file again") from None
     except ElementTree.ParseError as error:
         raise InputError(f"{path}: not valid XML ({error}); truncated, or no .vtp file") from None
@@ -65,7 +54,7 @@ def write_vtp(data: PolyLines, path: str | Path) -> None:
 def data_array(name: str, values: np.ndarray, kind: str) -> str:
     """Return the XML element that holds `values` in VTK's type `kind`: little endian, zlib, base64, one block."""
     width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
-    content = np.ascontiguousarray(values, dtype="<" + _TYPES[kind]).tobytes()
+    content = np.ascontiguousarray(values, dtype="<" + TYPES[kind]).tobytes()
     packed = zlib.compress(content)
     header = np.array([1, len(content), len(content), len(packed)], "<u8").tobytes()
     text = base64.b64encode(header).decode() + base64.b64encode(packed).decode()
@@ -73,12 +62,7 @@ def data_array(name: str, values: np.ndarray, kind: str) -> str:
 
 
 def _xml(raw: bytes) -> PolyLines:
-    appended, begin = b"", raw.find(b"<AppendedData")
-    if begin >= 0:  # may hold raw bytes, which no XML parser takes
-        start = raw.index(b"_", raw.index(b">", begin)) + 1
-        end = raw.rindex(b"</AppendedData>")
-        appended, raw = raw[start:end], raw[:start] + raw[end:]
-    top = ElementTree.fromstring(raw)
+    top, appended = document(raw)
     if top.tag != "VTKFile" or top.get("type") != "PolyData":
         raise InputError("not VTK PolyData; export the centerlines as .vtp")
     pieces = top.findall("./PolyData/Piece")
@@ -89,11 +73,11 @@ def _xml(raw: bytes) -> PolyLines:
         holder = piece.find("./Points/DataArray")
         if holder is None or not int(piece.get("NumberOfPoints", 0)):
             continue
-        points.append(_array(holder, top, appended).reshape(-1, 3).astype(float))
+        points.append(array_of(holder, top, appended).reshape(-1, 3).astype(float))
         _require_count("points", len(points[-1]), piece.get("NumberOfPoints"))
         values = {a.get("Name"): a for a in piece.findall("./Lines/DataArray")}
         if values:
-            joined, ends = (_array(values[name], top, appended) for name in ("connectivity", "offsets"))
+            joined, ends = (array_of(values[name], top, appended) for name in ("connectivity", "offsets"))
         else:  # a surface
             joined = ends = np.empty(0, np.int64)
         _require_count("lines", len(ends), piece.get("NumberOfLines"))
@@ -101,8 +85,8 @@ def _xml(raw: bytes) -> PolyLines:
             raise InputError(f"the lines hold {len(joined)} point numbers, their offsets say otherwise")
         lines += [line.astype(np.int64) + count for line in np.split(joined, ends[:-1])]
         for kind, into in (("PointData", fields), ("CellData", cells)):
-            arrays = [a for a in piece.findall(f"./{kind}/DataArray") if a.get("type") in _TYPES]
-            into.append({str(a.get("Name")): _array(a, top, appended) for a in arrays})
+            arrays = [a for a in piece.findall(f"./{kind}/DataArray") if a.get("type") in TYPES]
+            into.append({str(a.get("Name")): array_of(a, top, appended) for a in arrays})
         count += len(points[-1])
     if not points:
         raise InputError("no points; are these centerlines?")
@@ -118,135 +102,3 @@ def _joined(pieces: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Return the arrays that all pieces have, one piece after the other."""
     names = set.intersection(*(set(piece) for piece in pieces))
     return {name: np.concatenate([piece[name] for piece in pieces]) for name in names}
-
-
-def _array(element: Any, top: Any, appended: bytes) -> np.ndarray:
-    """Return the values of a DataArray element."""
-    order = "<" if top.get("byte_order", "LittleEndian") == "LittleEndian" else ">"
-    kind = np.dtype(order + _TYPES[element.get("type")])
-    form = element.get("format", "ascii")
-    if form == "ascii":
-        text = element.text or ""
-        if not text.isascii() or "_" in text:  # Python takes 1_0 and the digits of every script for numbers
-            raise InputError("numbers with signs that no number has; write the file again")
-        return _shaped(np.array(text.split(), dtype=kind), element)
-    header = np.dtype(order + _TYPES[top.get("header_type", "UInt32")])
-    encoded = True
-    if form == "appended":
-        offset = int(element.get("offset"))
-        if not 0 <= offset < len(appended):
-            raise InputError(f"an array begins at byte {offset} of {len(appended)}; write the file again")
-        source = appended[offset:]
-        appended_data = top.find("AppendedData")
-        encoded = appended_data is None or appended_data.get("encoding", "base64") != "raw"
-    else:
-        source = b"".join((element.text or "").encode().split())
-    content = _unpacked(source, encoded, header, top.get("compressor"))
-    return _shaped(np.frombuffer(content, kind), element)
-
-
-def _shaped(values: np.ndarray, element: Any) -> np.ndarray:
-    width = int(element.get("NumberOfComponents", 1))
-    return values.reshape(-1, width) if width > 1 else values
-
-
-def _unpacked(source: bytes, encoded: bool, header: np.dtype, compressor: str | None) -> bytes:
-    """Return the bytes of one array: header and blocks, each base64 by itself, or raw."""
-
-    def taken(start: int, count: int) -> tuple[bytes, int]:
-        """Return `count` bytes of the stream that begins at `start`, and where the next stream begins."""
-        size = -(-count // 3) * 4 if encoded else count
-        piece = source[start : start + size]
-        content = base64.b64decode(piece, validate=True) if encoded else piece
-        if len(content) < count:
-            raise InputError("truncated; write the file again")
-        return content[:count], start + size
-
-    width = header.itemsize
-    first = int(np.frombuffer(taken(0, width)[0], header)[0])
-    if compressor is None:
-        joint = not encoded or not source[: -(-width // 3) * 4].endswith(b"=")
-        if joint:  # length and values in one stream, as VTK writes them
-            return taken(0, width + first)[0][width:]
-        return taken(-(-width // 3) * 4, first)[0]
-    if compressor not in _UNPACKERS:
-        raise InputError(f"compressed with {compressor}; write it with zlib")
-    if first == 0:
-        return b""
-    head, start = taken(0, width * (3 + first))
-    block_size, last, *packed_sizes = (int(size) for size in np.frombuffer(head, header)[1:])
-    packed = taken(start, sum(packed_sizes))[0]
-    sizes = [block_size] * (first - 1) + [last or block_size]
-    if sum(sizes) > _MOST + 64 * len(packed):
-        raise InputError(f"an array of {len(packed)} bytes says that it holds {sum(sizes)}; it is damaged")
-    blocks, position = [], 0
-    for count, size in zip(packed_sizes, sizes, strict=True):
-        blocks.append(_UNPACKERS[compressor](packed[position : position + count], size))
-        position += count
-    return b"".join(blocks)
-
-
-def _inflated(packed: bytes, size: int) -> bytes:
-    engine = zlib.decompressobj()
-    return _whole(engine.decompress(packed, size + 1), size, engine.eof)
-
-
-def _decompressed(packed: bytes, size: int) -> bytes:
-    engine = lzma.LZMADecompressor()
-    return _whole(engine.decompress(packed, size + 1), size, engine.eof)
-
-
-def _whole(content: bytes, size: int, ended: bool) -> bytes:
-    if len(content) != size or not ended:
-        raise InputError(f"a block does not hold the {size} bytes that it announces; write the file again")
-    return content
-
-
-def lz4_block(packed: bytes, size: int) -> bytes:
-    """Return the content of one LZ4 block that holds `size` bytes.
-
-    Raises
-    ------
-    InputError
-        A block that ends early, copies from before its beginning, or holds more or less.
-    """
-    unpacked, position = bytearray(), 0
-    try:
-        while position < len(packed) and len(unpacked) <= size:
-            token = packed[position]
-            count, position = _count(packed, position + 1, token >> 4)
-            if position + count > len(packed):
-                raise IndexError
-            unpacked += packed[position : position + count]
-            position += count
-            if position == len(packed):  # the last sequence has no copy
-                break
-            back = packed[position] | packed[position + 1] << 8
-            count, position = _count(packed, position + 2, token & 15)
-            if not 0 < back <= len(unpacked):
-                raise IndexError
-            for _ in range(min(count + 4, size + 1 - len(unpacked))):  # may overlap what it writes
-                unpacked.append(unpacked[-back])
-        if len(unpacked) != size:
-            raise IndexError
-    except IndexError:
-        raise InputError("truncated or damaged LZ4 data; write the file again") from None
-    return bytes(unpacked)
-
-
-def _count(packed: bytes, position: int, first: int) -> tuple[int, int]:
-    """Return a length of which `first` is the beginning, and where reading goes on."""
-    count = first
-    while first == 15:
-        count += packed[position]
-        position += 1
-        if packed[position - 1] != 255:
-            break
-    return count, position
-
-
-_UNPACKERS: dict[str, Callable[[bytes, int], bytes]] = {
-    "vtkZLibDataCompressor": _inflated,
-    "vtkLZMADataCompressor": _decompressed,
-    "vtkLZ4DataCompressor": lz4_block,
-}

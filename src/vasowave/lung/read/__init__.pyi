@@ -8,5 +8,6 @@ from vasowave.lung.read.labels import on_grid_of as on_grid_of
 from vasowave.lung.read.labels import read_labels as read_labels
 from vasowave.lung.read.volume import Volume as Volume
 from vasowave.lung.read.volume import isotropic as isotropic
+from vasowave.lung.read.vti import lz4_block as lz4_block
 
 __all__: list[str]

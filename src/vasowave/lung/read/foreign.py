@@ -13,7 +13,7 @@ _EXPORTS = {
     ".txm": ("Zeiss Xradia", "in XM3DViewer, export the volume as DICOM or as TIFF"),
     ".aim": ("Scanco", "export the measurement as ISQ or as DICOM"),
     ".nc": ("netCDF", "in Mango, ImageJ or Python, write it as NRRD or MetaImage, with its voxels' size in mm"),
-    ".vti": ("VTK", "in ParaView or 3D Slicer, save the image as MetaImage (.mhd) or NRRD, in mm"),
+    ".mnc": ("MINC", "mnc2nii writes it as NIfTI, with its orientation"),
 }  # fmt: skip
 
 

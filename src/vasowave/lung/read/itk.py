@@ -10,7 +10,7 @@ from vasowave.base.io.files import write_folder
 from vasowave.lung.read.formats import VOLUMES, VolumeFormat
 from vasowave.lung.read.volume import SKEWED, UNSIZED, Image, Volume
 
-_IN_MILLIMETERS = (".gipl", ".mnc", ".mgh", ".mgz")
+_IN_MILLIMETERS = (".gipl", ".mgh", ".mgz")
 MISSING = f"reading and writing images needs the extra 'imaging': {EXTRAS}"
 
 

@@ -1,6 +1,7 @@
 """NRRD files (.nrrd, .nhdr): whether they are whole, what their header names, and the unit of their lengths."""
 
 import re
+from collections.abc import Sequence
 from math import prod
 from pathlib import Path
 
@@ -23,6 +24,10 @@ _BYTES = {
 _PACKINGS: dict[str, Packing] = {
     "raw": "raw", "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"
 }  # fmt: skip
+_LIST = re.compile(r"LIST(?:\s+\d+)?$")
+_COUNTED = re.compile(r"([^%]*%0?\d{0,2}d[^%]*?)\s+(-?\d{1,9})\s+(-?\d{1,9})\s+(-?\d{1,9})(?:\s+\d+)?")
+_MOST_FILES = 1 << 15
+"""Forms of `data file` where voxels lie in several: names in a list, or with a number, its first, last and step."""
 _TEXTS = ("ascii", "text", "txt", "hex")
 _MAX_HEADER_BYTES = 1 << 16
 """No header is longer, bytes."""
@@ -31,13 +36,11 @@ _MAX_HEADER_BYTES = 1 << 16
 def check_nrrd(path: Path) -> Contents:
     """Return what a header announces; `InputError` unless just these voxels are there, in its own folder."""
     fields, end = _header(path)
-    name = fields.get("datafile", "")
-    if name.upper().startswith("LIST") or "%" in name:
-        raise InputError(f"{path}: its voxels are spread over several files; save it as one")
-    if not name and end < 0:
+    if "datafile" not in fields and end < 0:
         raise InputError(f"{path}: not an image that can be read: its header has no end; truncated?")
-    holder = data_file(path, name) if name else path
-    count = _require_voxels(path, fields, holder, 0 if name else end)
+    names = _names(path, fields)
+    holders = [data_file(path, name) for name in names] or [path]
+    count = _require_voxels(path, fields, holders, 0 if names else end)
     if int(fields["dimension"]) < 3:
         raise InputError(f"{path}: not a three-dimensional grey-level image; export a 3D volume")
     size = (fields.get("spacedirections") or fields.get("spacings") or "none").lower()
@@ -59,7 +62,26 @@ def _header(path: Path) -> tuple[dict[str, str], int]:
     lines = start[: end.start() if end else None].decode("utf-8", errors="replace").splitlines()[1:]
     pairs = (line.split(": ", 1) for line in lines if ": " in line and not line.startswith("#"))
     fields = {key.strip().lower().replace(" ", ""): value.strip() for key, value in pairs}
+    if _LIST.match(fields.get("datafile", "")):  # the names stand below it, to the end
+        first = next(i for i, line in enumerate(lines, 1) if re.match("data ?file:", line, re.IGNORECASE))
+        fields["files"] = "\n".join(filter(None, map(str.strip, lines[first:])))
     return fields, end.end() if end else -1
+
+
+def _names(path: Path, fields: dict[str, str]) -> list[str]:
+    """Return the names of the files of voxels, none where these stand in the header's own file."""
+    name = fields.get("datafile", "")
+    if "files" in fields:
+        names = fields["files"].splitlines()
+    elif counted := _COUNTED.fullmatch(name):
+        first, last, step = map(int, counted.group(2, 3, 4))
+        numbers = range(first, last + (1 if step > 0 else -1), step) if step else range(0)
+        names = [counted[1] % number for number in numbers[: _MOST_FILES + 1]]
+    else:
+        return [name] if name else []
+    if not 0 < len(names) <= _MOST_FILES:
+        raise InputError(f"{path}: its header names no files of voxels, or too many ({name}); save it again")
+    return names
 
 
 def read_nrrd(path: Path) -> Image:
@@ -81,7 +103,8 @@ def _units(fields: dict[str, str]) -> str:
     return fields.get("spaceunits" if "spacedirections" in fields else "units", "")
 
 
-def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int) -> int:
+def _require_voxels(path: Path, fields: dict[str, str], holders: Sequence[Path], start: int) -> int:
+    """Return how many bytes of voxels a header announces; `InputError` unless its files hold as many, evenly."""
     try:
         sizes = [int(size) for size in fields["sizes"].split()]
         count = prod(sizes) * _BYTES[fields["type"].lower()]
@@ -89,19 +112,23 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
         lines, offset = (int(fields.get(key, 0)) for key in ("lineskip", "byteskip"))
         if len(sizes) != int(fields["dimension"]) or min(sizes, default=0) < 1 or lines < 0:
             raise ValueError
-        if encoding not in (*_PACKINGS, *_TEXTS):
+        if encoding not in (*_PACKINGS, *_TEXTS) or count % len(holders):
             raise ValueError
     except (KeyError, ValueError):
         raise InputError(f"{path}: not an image that can be read: its header is damaged; export it again") from None
-    if lines or encoding in _TEXTS:  # the library counts the numbers of a text itself
-        return count
-    packing = _PACKINGS[encoding]
+    if not lines and encoding not in _TEXTS:  # the library counts the numbers of a text itself
+        for holder in holders:
+            _require_in(holder, start, offset, count // len(holders), _PACKINGS[encoding])
+    return count
+
+
+def _require_in(holder: Path, start: int, offset: int, count: int, packing: Packing) -> None:
+    """Raise `InputError` unless a file holds so many bytes of voxels behind those that its header passes over."""
     if packing == "raw":
         last = holder.stat().st_size - count  # where voxels begin that end with the file
         require_bytes(holder, max(start, last) if offset == -1 else start + offset, count)
     else:  # bytes are skipped in what comes out
         require_bytes(holder, start, count + max(offset, 0), packing)
-    return count
 
 
 VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), None, read_nrrd, check_nrrd))

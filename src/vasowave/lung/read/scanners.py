@@ -72,8 +72,7 @@ def map_vox(path: Path) -> Image:
 
 def map_2dseq(path: Path) -> Image:
     """Return the image in a 2dseq of Bruker's ParaVision, by the visu_pars beside it; `InputError` unless it is 3D."""
-    text = read_start(path.with_name("visu_pars"), _MAX_VFF_BYTES).decode("latin-1")
-    fields = {name: " ".join(value.split()) for name, value in re.findall(_JCAMP, text)}
+    fields = _jcamp(path.with_name("visu_pars"))
     sizes, edges = (fields.get(f"VisuCore{name}", "").split() for name in ("Size", "Extent"))
     unit = centimeters(fields.get("VisuCoreUnits", "").split(">")[0].strip("< "))
     word = fields.get("VisuCoreWordType", "")
@@ -83,7 +82,17 @@ def map_2dseq(path: Path) -> Image:
     order = ">" if fields.get("VisuCoreByteOrder", "").startswith("big") else "<"
     spacing = np.array(edges, float)[::-1] / (z, y, x) * unit if unit else UNSIZED
     provenance = "the extent in its visu_pars" if unit else "its visu_pars has no unit"
+    reco = path.with_name("reco")
+    view = _jcamp(reco).get("RECO_fov", "").split() if unit and reco.exists() else []  # cm, perhaps in another order
+    if view and not np.allclose(sorted(map(float, view)), sorted(np.array(edges, float) * unit), rtol=1e-3):
+        raise InputError(f"{path}: visu_pars says an extent of {edges}, reco one of {view} cm; export it again")
     return RawVoxels(path, 0, (z, y, x), np.dtype(order + _BRUKER_TYPES[word]), spacing, provenance).image()
+
+
+def _jcamp(path: Path) -> dict[str, str]:
+    """Return the parameters in a text of ParaVision."""
+    text = read_start(path, _MAX_VFF_BYTES).decode("latin-1")
+    return {name: " ".join(value.split()) for name, value in re.findall(_JCAMP, text)}
 
 
 VOLUMES.register(VolumeFormat("isq", "Scanco volume", (".isq", ".rsq"), None, map_isq, None, map_isq, False))

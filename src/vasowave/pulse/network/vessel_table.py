@@ -16,7 +16,8 @@ from vasowave.base.io.cells import is_row, separator_of, split_cells
 from vasowave.base.io.columns import Columns, read_columns, read_headings, read_titles
 from vasowave.base.io.files import write_file
 from vasowave.base.io.layout import head_of
-from vasowave.base.io.textfile import read_lines
+from vasowave.base.io.spreadsheet import is_workbook, read_sheets
+from vasowave.base.io.textfile import look, read_lines
 from vasowave.base.units import CANONICAL
 from vasowave.pulse.network.network import Network, image_pressure
 from vasowave.pulse.network.remarks import UNUSED
@@ -53,7 +54,20 @@ def is_vessel_table(path: Path, start: bytes) -> bool:
     """Return whether a file is a table with a column `parent`, or lengths and others that say what joins vessels."""
     if len(re.findall(rb"[,;\t]", start.partition(b"\n")[0])) > _MAX_TITLES:
         return False
-    titles = read_titles(path, start) or _commented_titles(path, start.decode("utf-8", errors="replace").split("\n"))
+    if is_workbook(start):
+        return bool(_vessel_sheet(path))
+    return _are_of_vessels(
+        read_titles(path, start) or _commented_titles(path, start.decode("utf-8", errors="replace").split("\n"))
+    )
+
+
+def _vessel_sheet(path: Path) -> str:
+    """Return the name of the first sheet with a table of vessels: that of nodes may stand before it; empty if none."""
+    names = [sheet.name for sheet in read_sheets(path)]
+    return next((name for name in names if _are_of_vessels(read_titles(path, look(path).start, name))), "")
+
+
+def _are_of_vessels(titles: Sequence[str]) -> bool:
     names = {canonical_title(title)[0] for title in titles}
     topology = topology_of(list(names)) or tuple(map(str, ends_by_places(titles)))
     return bool(topology) and ("length" in names or topology in (("parent",), ("from", "to")))
@@ -61,8 +75,9 @@ def is_vessel_table(path: Path, start: bytes) -> bool:
 
 def vessel_columns(path: str | Path) -> Columns:
     """Read a table of vessels as it is; a comment above its first row may hold its titles."""
-    table = read_columns(path)
-    if not table.names and (titles := _commented_titles(Path(path), next(iter(read_lines(path))).texts)):
+    path = Path(path)
+    table = read_columns(path, sheet=_vessel_sheet(path) if is_workbook(look(path).start) else "")
+    if not table.names and (titles := _commented_titles(path, next(iter(read_lines(path))).texts)):
         names, column_units = read_headings(path, titles, {})
         table = replace(table, names=names, units=column_units, titles=titles)
     if not table.names:

@@ -98,6 +98,8 @@ for _name, _mark, _words in (
      "radii have the unit of the voxel width, and neither says which. Write a table from,to,length [mm],radius [mm]"),
     ("network.dat", rb"total number of segments[\s\S]*?seg ?name", "a network as Secomb's programs read it: segments "
      "between nodes, then the places of these, in um. Write a table from,to,length [um],diameter [um]"),
+    ("DOT", rb"\A\s*(?:strict\s+)?(?:di)?graph\b[^{\[]*\{[^{}]*?--?>?", "a graph in DOT: write it as GraphML "
+     "(networkx.write_graphml), or as a table from,to,length [mm],radius [mm]"),
     ("openBF", rb"^network:[^:]*:[^:]*\bsn:", "a model of openBF, of which tables are made first: vasowave export FILE "
      "--to tables -o FOLDER. Then give the network in that folder"),
 ):  # fmt: skip
@@ -110,8 +112,9 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     Parameters
     ----------
     path : path
-        A table (CSV, TSV, Excel) as of `network_of`, by the titles that `SYNONYMS` lists; a graph (GraphML, GML, GXL,
-        NetworkX's JSON or list of edges); a spatial graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and
+        A table (CSV, TSV, the first sheet of vessels in a workbook) as of `network_of`, by the titles that `SYNONYMS`
+        lists; a graph (GraphML, GML, GXL, NetworkX's JSON or list of edges); a tree in JSON, each vessel with its
+        ``children``; a spatial graph of Amira or Avizo (ASCII); a MATLAB file with ``dim_mat`` and
         ``ves_conn``; ``Dimensions.txt`` or ``connectivity.txt``, which lie in one folder; the input of svOneDSolver or
         svZeroDSolver; FirstBlood's table of edges.
     unit : str, optional

@@ -8,11 +8,11 @@ import numpy as np
 
 from vasowave.base.cures import SetCells
 from vasowave.base.errors import InputError
-from vasowave.base.findings import Finding
 from vasowave.base.io.formats import Format, Registry
 from vasowave.base.io.textfile import Progress
 from vasowave.base.sites import PULMONARY
-from vasowave.catheter.read.choosing import TAKEN, choose
+from vasowave.base.units import CANONICAL
+from vasowave.catheter.read.choosing import pick_channels
 from vasowave.catheter.signals.channels import Block, at_their_rates, without_codes
 from vasowave.catheter.signals.signal import Signal, given_unit
 
@@ -39,6 +39,8 @@ class RecordingFormat(Format):
         Whether it is a workbook, whose `read` and `cycle` take a `sheet`, too.
     subjects : bool
         Whether it may have a row a subject, so that `cycle` takes a `subject_row`, too.
+    unit_assumed : bool
+        Whether pressure and flow of one cycle that have no unit are in mmHg and ml/s, which a note says.
     companions : callable
         Takes path and returns the files that are read along with it.
     """
@@ -47,6 +49,7 @@ class RecordingFormat(Format):
     cycle: Callable[..., list[Signal]] | None = None
     sheets: bool = False
     subjects: bool = False
+    unit_assumed: bool = False
     companions: Callable[[Path], tuple[Path, ...]] = lambda path: ()
 
     def of_sheet(self, path: Path, sheet: str) -> dict[str, str]:
@@ -122,15 +125,12 @@ def _of_channels(path: Path, form: RecordingFormat, quantities: Wanted, site: st
     if len(blocks) != 1:
         raise InputError(f"{path}: {len(blocks)} blocks, and a cycle is one; export one of them")
     (block,) = blocks
-    choice = choose(block.channels, dict.fromkeys(quantities), site)
-    if choice.problems:
-        raise InputError(f"{path}: {'; '.join(choice.problems)}")
+    picked, taken = pick_channels(path, block.channels, dict.fromkeys(quantities), site, block.program)
     signals = []
     for quantity, unit in quantities.items():
-        channel, notes = choice.picked[quantity], list[Finding]()
-        if quantity in choice.guessed:
-            notes.append(TAKEN(title=channel.title, name=quantity, why=choice.guessed[quantity]))
-        scale, unit_notes = given_unit(quantity, channel.unit, unit, channel.place)
+        channel = picked[quantity]
+        assumed = CANONICAL[quantity] if form.unit_assumed and not (channel.unit or unit) else ""
+        scale, unit_notes = given_unit(quantity, channel.unit or assumed, unit, channel.place)
         values = channel.values * scale
         gaps = np.flatnonzero(~np.isfinite(values))
         if len(gaps):
@@ -138,7 +138,8 @@ def _of_channels(path: Path, form: RecordingFormat, quantities: Wanted, site: st
         time = np.arange(len(values)) / channel.sampling_rate if np.isfinite(channel.sampling_rate) else None
         places = tuple(f"{channel.place}, sample {row + 1}" for row in range(len(values)))
         quantum = 0.0 if time is None else float(np.spacing(time[-1]))
-        signals.append(Signal(quantity, values, time, quantum, str(path), places, notes=(*notes, *unit_notes)))
+        signals.append(Signal(quantity, values, time, quantum, str(path), places, assumed, (*taken, *unit_notes)))
+        taken = []
     return signals
 
 

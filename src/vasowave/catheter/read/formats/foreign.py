@@ -63,6 +63,7 @@ FOREIGN = (
         "WinDaq", (".wdq", ".wdh"), "WinDaq Browser", "File > Save As…, 'Spreadsheet print (CSV)', with relative times",
     ),
     Foreign("HDF5", (".h5", ".hdf5", ".nwb"), "MATLAB or Python", _TABLE, (b"\x89HDF\r\n\x1a\n",)),
+    Foreign("Octave", (), "Octave", "save it by save -v7 FILE.mat time pressure flow", (b"# Created by Octave",)),
     Foreign("Parquet", (".parquet", ".feather"), "Python or R", _TABLE, (b"PAR1", b"ARROW1", b"FEA1")),
     Foreign(
         "pictures", (), "the program that drew it",

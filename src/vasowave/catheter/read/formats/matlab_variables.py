@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,12 +13,12 @@ from vasowave.base.errors import InputError
 from vasowave.base.io.headings import split_title
 from vasowave.base.io.matlab import is_mat, text, vector
 from vasowave.base.io.named_arrays import read_named
-from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
+from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
 from vasowave.catheter.read.formats.labchart_mat import is_labchart_mat, rows_of_text
 from vasowave.catheter.read.formats.matlab_structures import is_structured
 from vasowave.catheter.signals.channels import Block, Channel, rates_differ
 from vasowave.catheter.signals.gaps import with_gaps
-from vasowave.catheter.signals.signal import ALIASES, MAX_RATE_DIFFERENCE, RATE_NAMES, Signal, given_unit, sampling
+from vasowave.catheter.signals.signal import ALIASES, MAX_RATE_DIFFERENCE, RATE_NAMES, sampling
 
 _UNIT_BY_NAME = re.compile(r"(?:.*\.)?units?\.([^.]+)", re.IGNORECASE)
 
@@ -161,61 +160,9 @@ def _rate(path: str | Path, time: np.ndarray | None, unit: str, stated_rate: flo
     return sampling(time, rounding, str(path), lambda row: f"{path}, time({row + 1})")
 
 
-def read_cycle(path: Path, quantities: Wanted, site: str = "") -> list[Signal]:
-    """Return the variables that hold the quantities wanted of one cycle."""
-    variables = _named(path, _with_columns(_with_units(read_named(Path(path)))))
-    return [_from_mat(path, variables, quantity, unit) for quantity, unit in quantities.items()]
-
-
-def _named(path: str | Path, variables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the variables of a ``.mat`` file under vasowave's names."""
-    named: dict[str, Any] = {}
-    for name, value in variables.items():
-        key = _plain(name)
-        if name not in _shallowest(alike for alike in variables if _plain(alike) == key):
-            continue  # a field of a structure, beside a variable of this name
-        if key in named and key in ("time", "pressure", "flow"):
-            raise InputError(f"{path}: two variables hold {key}; keep one of them")
-        named[key] = value
-        if unit := _split(name)[1]:
-            named.setdefault(f"{key}_unit", np.array(unit))
-    return named
-
-
-def _from_mat(path: str | Path, named: Mapping[str, Any], quantity: str, unit: str | None) -> Signal:
-    if quantity not in named:
-        raise InputError(f"{path}: no variable '{quantity}'; it has: {', '.join(named) or 'nothing'}")
-    stated = text(named.get(f"{quantity}_unit", ""))
-    assumed = "" if stated or unit else units.CANONICAL[quantity]
-    scale, notes = given_unit(quantity, stated or assumed, unit, str(path))
-    values = scale * _finite(path, quantity, named[quantity])
-    places = tuple(f"{path}, {quantity}({i + 1})" for i in range(len(values)))
-    if "time" not in named:
-        return Signal(quantity, values, None, 0.0, str(path), places, assumed, notes)
-    raw = named["time"]
-    scale = units.factor(text(named.get("time_unit", "")) or "s", "time")
-    time = _finite(path, "time", raw) * scale
-    if len(time) != len(values):
-        raise InputError(
-            f"{path}: time has {len(time)} samples and {quantity} {len(values)}; "
-            "leave time out and give the period if the two signals differ in rate"
-        )
-    precision = np.finfo(raw.dtype if raw.dtype.kind == "f" else np.float64).eps
-    quantum = 4 * float(precision) * float(np.abs(time).max(initial=0.0))
-    return Signal(quantity, values, time, quantum, str(path), places, assumed, notes)
-
-
-def _finite(path: str | Path, name: str, value: object) -> np.ndarray:
-    values = vector(value, f"{path}: variable '{name}'")
-    bad = np.flatnonzero(~np.isfinite(values))
-    if len(bad):
-        raise InputError(f"{path}: {name}({bad[0] + 1}) is {values[bad[0]]} (a gap); fill it before averaging")
-    return values
-
-
 RECORDINGS.register(
     RecordingFormat(
         "mat", "MATLAB file", (".mat",), _sniff, lambda path, rate, progress: [read_variables(path, rate)],
-        cycle=read_cycle,
+        unit_assumed=True,
     )
 )  # fmt: skip

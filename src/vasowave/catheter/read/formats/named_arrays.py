@@ -6,7 +6,7 @@ from typing import Any
 from vasowave.base.io.named_arrays import holds_names, read_named
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat
 from vasowave.catheter.read.formats.matlab_structures import has_structures, read_structures
-from vasowave.catheter.read.formats.matlab_variables import read_cycle, read_variables
+from vasowave.catheter.read.formats.matlab_variables import read_variables
 from vasowave.catheter.signals.channels import Block
 from vasowave.pulse.network_formats import NETWORKS
 
@@ -23,6 +23,6 @@ def _read(path: Path, sampling_rate: float | None, progress: Any) -> list[Block]
 
 RECORDINGS.register(
     RecordingFormat(
-        "named arrays", "arrays by name", (".npz", ".npy", ".itx", ".json"), _sniff, _read, cycle=read_cycle
+        "named arrays", "arrays by name", (".npz", ".npy", ".itx", ".json"), _sniff, _read, unit_assumed=True
     )
 )

@@ -137,8 +137,8 @@ class NumberTable(NamedTuple):
             return stated_rate, None
         column = self.names.index("time")
         time, unit = self.columns[column], self.units[column]
-        if unit or _is_epoch(time):
-            scale = units.factor(unit or "s", "time")
+        if unit or (unit := _unit_of_epoch(time)):
+            scale = units.factor(unit, "time")
         elif stated_rate is None:
             raise InputError(
                 f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
@@ -153,10 +153,6 @@ class NumberTable(NamedTuple):
             scale = 1.0 / (stated_rate * float(np.median(rising))) if len(rising) else 1.0
         if len(time) < 2:
             raise InputError(f"{self.path}: one sample only; a continuous recording is needed")
-        gaps = np.flatnonzero(np.isnan(time))
-        if len(gaps):
-            row = int(gaps[0])
-            raise InputError(f"{self.path}, line {self.line(row)}, column 'time': the cell is empty or no number")
         time = time * scale
         measured, place = sampling(
             time, self.quantum * scale, str(self.path), lambda row: f"{self.path}, line {self.line(row)}"
@@ -205,9 +201,10 @@ def _offered(time: np.ndarray) -> str:
     return f". If its {', if its '.join(offers)}" if offers else ""
 
 
-def _is_epoch(time: np.ndarray) -> bool:
-    """Whether times without a unit are seconds since 1970, of the years 2001 to 2100."""
-    return bool(len(time) and 1e9 < time[0] < 4.1e9 and time[-1] - time[0] < 1e6)
+def _unit_of_epoch(time: np.ndarray) -> str:
+    """Return the unit of times without one that are counted since 1970, in the years 2001 to 2100; empty for others."""
+    scales = {"s": 1.0, "ms": 1e3} if len(time) else {}
+    return next((unit for unit, n in scales.items() if 1e9 < time[0] / n < 4.1e9 and np.ptp(time) < 1e6 * n), "")
 
 
 def _rises_evenly(values: np.ndarray) -> bool:
