@@ -33,17 +33,17 @@ def averaged(seed, breath, ecg=True, hum=0.0):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_under_a_piston_that_rests_nowhere_the_mean_is_that_of_the_lower_end_and_this_is_said(seed):
+def test_under_a_piston_that_rests_nowhere_the_mean_is_that_of_whole_breaths_and_this_is_said(seed):
     average, looks = averaged(seed, lambda phase: 2.0 - 2.0 * np.cos(2 * np.pi * phase))
     cycle = average.recording
-    assert cycle.mean_pressure == pytest.approx(CYCLE.mean_pressure, rel=0.02)
-    assert abs(cycle.mean_pressure - CYCLE.mean_pressure) < 2 * cycle.pressure_error[0]
+    assert cycle.mean_pressure == pytest.approx(CYCLE.mean_pressure + 2.0, rel=0.01)
+    assert abs(cycle.mean_pressure - CYCLE.mean_pressure - 2.0) < 2 * cycle.pressure_error[0]
     assert "recording.breath-without-plateau" in looks
 
 
-def test_of_two_ends_at_which_the_pressure_rests_equally_long_the_lower_one_counts():
+def test_of_two_ends_at_which_the_pressure_rests_equally_long_neither_counts():
     average, looks = averaged(3, lambda phase: 4.0 * (phase < 0.5))
-    assert average.recording.mean_pressure == pytest.approx(CYCLE.mean_pressure, rel=0.02)
+    assert average.recording.mean_pressure == pytest.approx(CYCLE.mean_pressure + 2.0, rel=0.015)
     assert "recording.breath-without-plateau" in looks
 
 
@@ -147,6 +147,4 @@ def test_a_breath_is_as_high_and_fast_as_it_is_with_and_without_an_ecg(heart, br
     (told,) = (one for one in average.findings if one.code == "recording.breath-without-plateau")
     assert dict(told.values)["rate"] == pytest.approx(breaths, abs=1.0)
     assert dict(told.values)["height"] == pytest.approx(height, rel=0.15)
-    (moved,) = (one for one in average.findings if one.code == "recording.breath-moves-flow")
-    assert dict(moved.values)["breath_pressure"] == pytest.approx(mean, rel=0.005)
-    assert average.recording.mean_pressure == pytest.approx(mean - height / 2, rel=0.01)
+    assert average.recording.mean_pressure == pytest.approx(mean, rel=0.01)

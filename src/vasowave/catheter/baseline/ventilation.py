@@ -1,12 +1,13 @@
 """End-expiration: the beats that stand at it, and how far the others are lifted by the breath.
 
-A breath that repeats is known by its phase. A ventilator raises the pressure in inspiration, so that end-expiration is
-the lower end of the breath, unless the pressure rests at the upper one. Breaths that do not repeat are known by their
-plateau alone.
+Animals rest at the end of expiration, so it is the end of the breath at which the pressure stays for longer: the lower
+one under a ventilator, the upper one of many that breathe by themselves. Where it stays at neither, no end is known to
+be that of expiration, and no beat is left out: means over whole breaths are alike in all recordings. A breath that
+repeats is known by its phase, breaths that do not by the levels of the beats.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -27,13 +28,13 @@ class VentilationRules:
     ----------
     low_share : float
         Share of the breath's height above its end within which a beat stands at end-expiration.
-    longer, much_longer : float
-        The pressure rests at its lower end if it stays there this many times as long as at the upper one; at its upper
-        end, if it stays there so much longer.
-    smooth_share : float
-        Share of a breath's power in its first harmonic from which on it is a sine, which rests nowhere.
-    end_share : float
-        Share of a breath, around its end, over which the level of that end is taken.
+    longer : float
+        The pressure rests at the end in whose third of the breath's height it is this many times as long as at the
+        other.
+    range_percent : float
+        Percentiles at either end that do not count as the height of levels.
+    explained : float
+        Share of the variance of levels that a breath explains whose phases repeat.
     outlier_sd : float
         A beat further off its level than this many SD is none of end-expiration.
     level_beats : int
@@ -63,9 +64,8 @@ class VentilationRules:
 
     low_share: float = 0.12
     longer: float = 1.5
-    much_longer: float = 2.0
-    smooth_share: float = 0.97
-    end_share: float = 0.1
+    range_percent: float = 2.0
+    explained: float = 0.85
     outlier_sd: float = 2.5
     level_beats: int = 31
     no_breath: float = 0.01
@@ -84,13 +84,13 @@ class VentilationRules:
 RULES = VentilationRules()
 
 _VENTILATION = note_kind("beat.ventilation", "ventilation: mean {signal} {off:+.3g} {unit} from end-expiration")
-_TURN_OFF = "If the animal breathes by itself, average over the breath."
+_BREATHS = "If recordings are compared, average all of them over the breath."
 NO_PLATEAU = look_kind(
     "recording.breath-without-plateau",
-    "the pressure swings by {height:.2g} mmHg with each breath ({rate:.0f} a minute) and rests at neither end; the "
-    "lower end was taken for end-expiration, as under a ventilator. If the animal breathes by itself, it is the upper "
-    "end, and the mean pressure is {height:.2g} mmHg higher",
-    _TURN_OFF,
+    "the pressure swings by {height:.2g} mmHg with each breath ({rate:.0f} a minute) and rests at neither end, so that "
+    "neither is known to be end-expiration: whole breaths are averaged. Under a ventilator end-expiration is up to "
+    "{half:.2g} mmHg lower, in an animal that breathes by itself as much higher",
+    _BREATHS,
     AVERAGE_BREATHS,
 )
 RESTS_HIGH = look_kind(
@@ -98,7 +98,7 @@ RESTS_HIGH = look_kind(
     "the pressure falls by {height:.2g} mmHg with each breath ({rate:.0f} a minute) and rests at the upper end, which "
     "was taken for end-expiration, as of an animal that breathes by itself. If a ventilator holds inspiration for "
     "longer than expiration, it is the lower end, and the mean pressure is {height:.2g} mmHg lower",
-    _TURN_OFF,
+    _BREATHS,
     AVERAGE_BREATHS,
 )
 LOCKED = look_kind(
@@ -122,21 +122,25 @@ BREATH_MOVES_FLOW = look_kind(
 )
 
 
+Rest = Literal["", "lower", "upper", "neither"]
+"""The end of the breath at which the pressure rests; empty where there is no breath."""
+
+
 class Expiration(NamedTuple):
     """How the beats stand to end-expiration.
 
     Attributes
     ----------
-    excess : float array, shape (beat,)
-        How far the breath lifts the mean pressure of each beat above end-expiration, mmHg: what is to be subtracted.
+    rests : str
+        At which end of the breath the pressure rests; over whole breaths is averaged where at neither.
     error : float
-        What is unknown of it in the beats at end-expiration, mmHg.
+        What is unknown of the mean pressure of beats at end-expiration, mmHg.
     findings : tuple of Finding
     breath_moves : pair of float
         How far mean pressure, mmHg, and mean flow, ml/s, over whole breaths stand above those at end-expiration.
     """
 
-    excess: np.ndarray
+    rests: Rest = ""
     error: float = 0.0
     findings: tuple[Finding, ...] = ()
     breath_moves: tuple[float, float] = (0.0, 0.0)
@@ -190,8 +194,8 @@ def mark_inspiration(
     if not expired.any():
         return expiration
     pressure, flow = (
-        np.average(mean[shaped], weights=lengths[shaped]) - np.average(lowered[expired], weights=lengths[expired])
-        for mean, lowered in zip(means, (means[0] - expiration.excess, means[1]), strict=True)
+        np.average(mean[shaped], weights=lengths[shaped]) - np.average(mean[expired], weights=lengths[expired])
+        for mean in means
     )
     return expiration._replace(breath_moves=(float(pressure), float(flow)))
 
@@ -204,25 +208,14 @@ def _expiration(
     good = np.array([not reason for reason in reasons], dtype=bool)
     breaths, led = _breaths(time, lengths, means, good, rules)
     means = (means[0] - led, means[1])
-    if led.any() and not breaths:
-        return Expiration(np.zeros(len(time)))
-    if sum(len(breath.beats) for breath in breaths) < len(time):
-        for name, mean, shape, unit in zip(("pressure", "flow"), means, shapes, ("mmHg", "ml/s"), strict=True):
-            off, limit = _off_level(mean, rules)
-            if _is_scatter(mean[good], rules):
-                off, limit = mean - mean[good].mean(), rules.scatter_sd * float(mean[good].std())
-            _mark(reasons, off, max(limit, _no_breath(shape, cut, rules)), name, unit)
-        return Expiration(np.zeros(len(time)))
-    expirations = [_end(breath, time, float(np.mean(means[0])), rules) for breath in breaths]
-    off = np.concatenate([end.off for end in expirations])
-    height = max(end.height for end in expirations)
-    limit = max(rules.low_share * height, _no_breath(shapes[0], cut, rules))
-    _mark(reasons, off, limit, "pressure", "mmHg")
-    excess = np.concatenate([end.excess for end in expirations])
-    used = np.array([not reason for reason in reasons], dtype=bool)
-    lifted = float(np.mean((off - excess)[used])) if used.any() and not excess.any() else 0.0
-    highest = max(expirations, key=lambda end: end.height)
-    return Expiration(excess, float(np.hypot(highest.error, 0.5 * lifted)), highest.findings)
+    if (led.any() and not breaths) or not good.any():
+        return Expiration()
+    no_breath, no_breath_of_flow = (_no_breath(shape, cut, rules) for shape in shapes)
+    if _repeats(breaths, means[0], good, no_breath, rules):
+        return _by_phase(reasons, breaths, float(np.mean(means[0])), no_breath, rules)
+    expiration = _by_level(reasons, time, means[0], good, ("pressure", "mmHg", no_breath), rules)
+    _by_level(reasons, time, means[1], good, ("flow", "ml/s", no_breath_of_flow), rules)
+    return expiration
 
 
 def _no_breath(shape: np.ndarray, cut: float, rules: VentilationRules) -> float:
@@ -253,44 +246,80 @@ def _breaths(
     return breaths, led
 
 
-class _EndExpiration(NamedTuple):
-    """End-expiration of one stretch: how far beats are off it, what is subtracted, the breath's height, findings."""
+def _repeats(
+    breaths: list[Breath], means: np.ndarray, good: np.ndarray, no_breath: float, rules: VentilationRules
+) -> bool:
+    """Whether the phase of a beat tells where in the breath it stands: little is left of all levels."""
+    if sum(len(breath.beats) for breath in breaths) < len(means):
+        return False
+    fitted = np.concatenate([breath.at(breath.time) + means[breath.beats].mean() for breath in breaths])
+    little = max(no_breath, (1.0 - rules.explained) ** 0.5 * float(means[good].std()))
+    return bool((means - fitted)[good].std() < little)
 
-    off: np.ndarray
-    excess: np.ndarray
+
+def _shares(levels: np.ndarray, rules: VentilationRules) -> tuple[float, float]:
+    """Return which shares of levels lie in the lower and in the upper third of their range."""
+    low, high = np.percentile(levels, [rules.range_percent, 100.0 - rules.range_percent])
+    return float(np.mean(levels < low + (high - low) / 3)), float(np.mean(levels > high - (high - low) / 3))
+
+
+def _rests(low: float, high: float, rules: VentilationRules) -> Rest:
+    """Return the end at which levels rest, of which such shares lie in the lower and in the upper third."""
+    return "lower" if low > rules.longer * high else "upper" if high > rules.longer * low else "neither"
+
+
+def _said(rests: Rest, height: float, rate: float, mean: float, rules: VentilationRules) -> tuple[Finding, ...]:
+    """Return what is said of breaths of such a height, mmHg, so many a second, beside a mean pressure."""
+    if rests in ("", "lower") or height <= rules.tells * mean:
+        return ()
+    if rests == "upper":
+        return (RESTS_HIGH(height=height, rate=60 * rate),)
+    return (NO_PLATEAU(height=height, rate=60 * rate, half=0.5 * height),)
+
+
+class _Course(NamedTuple):
+    """Levels of the pressure over one breath, mmHg; its height were beats short; whether beats keep step with it."""
+
+    levels: np.ndarray
     height: float
-    error: float
-    findings: tuple[Finding, ...]
+    locked: bool
+    rate: float
+    beats: float
 
 
-def _end(breath: Breath, time: np.ndarray, mean: float, rules: VentilationRules) -> _EndExpiration:
-    """Return the end-expiratory end of a breath: the lower one, or the upper one if the pressure rests there."""
-    at_beats = breath.at(breath.time)
+def _course(breath: Breath, rules: VentilationRules) -> _Course:
+    """Return the course of a breath; if it keeps step with the beats, only what they show of it is known."""
     beat = float(np.median(np.diff(breath.time)))
-    course = breath.within_beats(beat)
-    width = round(rules.end_share * len(course))
-    level = np.convolve(np.concatenate([course, course[:width]]), np.full(width, 1 / width), "valid")
-    height = float(np.ptp(level))
     beats = 1.0 / (breath.rate * beat)
     phases = breath.time * breath.rate * max(1, round(beats))
-    locked = abs(np.mean(np.exp(2j * np.pi * phases))) > rules.locked
-    means = at_beats if locked else breath.at(np.arange(200) / (200 * breath.rate))
-    low, high = means.min(), means.max()
-    reach = rules.low_share * (high - low)
-    at_low, at_high = np.mean(means < low + reach), np.mean(means > high - reach)
-    upper = at_high > rules.much_longer * at_low
-    smooth = not (upper or locked) and breath.sine_share > rules.smooth_share
-    values: dict[str, float] = {"height": height, "rate": 60 * breath.rate}
-    findings = [RESTS_HIGH(**values)] if upper else [] if at_low > rules.longer * at_high else [NO_PLATEAU(**values)]
-    in_doubt = locked and (at_high if upper else at_low) * beats < rules.plateau_beats
-    error = rules.locked_error * height if in_doubt else 0.0
-    if smooth:
-        error = float(np.hypot(2.0 * breath.noise**0.5, level.min() - course.min()))
-    if in_doubt:
-        findings.append(LOCKED(beats=beats, height=height, error=error))
-    off = at_beats - (high if upper else low)
-    excess = at_beats - level.min() if smooth else np.zeros(len(off))
-    return _EndExpiration(off, excess, height, error, tuple(findings if height > rules.tells * mean else ()))
+    locked = bool(abs(np.mean(np.exp(2j * np.pi * phases))) > rules.locked)
+    levels = breath.at(breath.time if locked else np.arange(200) / (200 * breath.rate))
+    return _Course(levels, float(np.ptp(breath.within_beats(beat))), locked, breath.rate, beats)
+
+
+def _by_phase(
+    reasons: list[Rejection], breaths: list[Breath], mean: float, no_breath: float, rules: VentilationRules
+) -> Expiration:
+    """Reject the beats that stand off the end at which breaths that repeat rest; none if they rest at neither."""
+    courses = [_course(breath, rules) for breath in breaths]
+    shares = np.array([_shares(course.levels, rules) for course in courses])
+    rests = _rests(*np.average(shares, axis=0, weights=[len(breath.beats) for breath in breaths]), rules)
+    high = max(courses, key=lambda course: course.height)
+    findings = _said(rests, high.height, high.rate, mean, rules)
+    if rests == "neither":
+        return Expiration(rests, findings=findings)
+    ends = [course.levels.max() if rests == "upper" else course.levels.min() for course in courses]
+    off = np.concatenate([breath.at(breath.time) - end for breath, end in zip(breaths, ends, strict=True)])
+    near = rules.low_share * high.height
+    _mark(reasons, off, max(near, no_breath), "pressure", "mmHg")
+    error = 0.0
+    if high.locked and np.mean(np.abs(off) < near) * high.beats < rules.plateau_beats:
+        error = rules.locked_error * high.height
+        locked = LOCKED(beats=high.beats, height=high.height, error=error)
+        findings += (locked,) if high.height > rules.tells * mean else ()
+    used = np.array([not reason for reason in reasons], dtype=bool)
+    lifted = float(off[used].mean()) if used.any() else 0.0
+    return Expiration(rests, float(np.hypot(error, 0.5 * lifted)), findings)
 
 
 def _mark(reasons: list[Rejection], off: np.ndarray, limit: float, signal: str, unit: str) -> None:
@@ -298,11 +327,36 @@ def _mark(reasons: list[Rejection], off: np.ndarray, limit: float, signal: str, 
         reasons[i] = reasons[i] or _VENTILATION(signal=signal, off=float(off[i]), unit=unit)
 
 
-def _off_level(means: np.ndarray, rules: VentilationRules) -> tuple[np.ndarray, float]:
+def _by_level(
+    reasons: list[Rejection], time: np.ndarray, means: np.ndarray, good: np.ndarray, what: tuple[str, str, float],
+    rules: VentilationRules,
+) -> Expiration:  # fmt: skip
+    """Reject beats off the level at which breaths that do not repeat rest; `what` names signal, unit, and no breath."""
+    signal, unit, no_breath = what
+    levels = means[good]
+    if _is_scatter(levels, rules):
+        _mark(reasons, means - levels.mean(), max(rules.scatter_sd * float(levels.std()), no_breath), signal, unit)
+        return Expiration()
+    low, high = np.percentile(levels, [rules.range_percent, 100.0 - rules.range_percent])
+    rests = _rests(*_shares(levels, rules), rules) if high - low > 2.0 * no_breath else ""
+    if rests == "neither":
+        off = means - np.median(levels)
+        limit = rules.scatter_sd * 1.48 * float(np.median(np.abs(off[good])))  # the SD of normal levels
+    else:
+        off, limit = _off_level(means, rests, rules)
+    _mark(reasons, off, max(limit, no_breath), signal, unit)
+    third = (high - low) / 3
+    sides = np.where(levels > high - third, 1, np.where(levels < low + third, -1, 0))
+    rate = float(np.sum(np.diff(sides[sides != 0]) > 0) / np.ptp(time))
+    return Expiration(rests, findings=_said(rests, float(high - low), rate, float(levels.mean()), rules))
+
+
+def _off_level(means: np.ndarray, rests: Rest, rules: VentilationRules) -> tuple[np.ndarray, float]:
     """Return how far each beat's mean stands off the end-expiratory level nearby, and what is too far.
 
-    At end-expiration the level is a plateau, so its beats are the narrowest interval that holds a quarter of all; the
-    rest of the plateau is judged by their scatter. Then the level is followed through the plateau's beats alone.
+    At end-expiration the level is a plateau, so its beats are the narrowest interval that holds a quarter of all, in
+    the half of them at that end; the rest of the plateau is judged by their scatter. Then the level is followed through
+    the plateau's beats alone.
     """
     from scipy.ndimage import median_filter
 
@@ -311,7 +365,7 @@ def _off_level(means: np.ndarray, rules: VentilationRules) -> tuple[np.ndarray, 
     for _ in range(3):
         followed = median_filter(means[plateau], min(rules.level_beats, len(plateau)), mode="reflect")
         level = means - np.interp(indices, plateau, followed)
-        middle, spread = _narrowest_quarter(level)
+        middle, spread = _narrowest_quarter(level, rests)
         plateau = np.flatnonzero(np.abs(level - middle) <= rules.outlier_sd * spread)
     return level - middle, rules.outlier_sd * spread
 
@@ -332,10 +386,12 @@ def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
     return float(shapiro(thinned).pvalue) > rules.normal_p
 
 
-def _narrowest_quarter(level: np.ndarray) -> tuple[float, float]:
+def _narrowest_quarter(level: np.ndarray, rests: Rest) -> tuple[float, float]:
     """Return the middle of the narrowest interval with a quarter of the values, and the SD of a normal so narrow."""
     ordered = np.sort(level)
     count = max(2, (len(ordered) + 3) // 4)
+    half = slice(len(level) // 2 if rests == "upper" else 0, (len(level) + 1) // 2 if rests == "lower" else len(level))
+    ordered = ordered[half]
     widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
     first = int(np.argmin(widths))
     middle = 0.5 * (ordered[first] + ordered[first + count - 1])
