@@ -303,7 +303,8 @@ def _by_phase(
     """Reject the beats that stand off the end at which breaths that repeat rest; none if they rest at neither."""
     courses = [_course(breath, rules) for breath in breaths]
     shares = np.array([_shares(course.levels, rules) for course in courses])
-    rests = _rests(*np.average(shares, axis=0, weights=[len(breath.beats) for breath in breaths]), rules)
+    at_low, at_high = np.average(shares, axis=0, weights=[len(breath.beats) for breath in breaths])
+    rests = _rests(at_low, at_high, rules)
     high = max(courses, key=lambda course: course.height)
     findings = _said(rests, high.height, high.rate, mean, rules)
     if rests == "neither":
