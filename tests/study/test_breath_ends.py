@@ -28,7 +28,11 @@ def write_breathing(file, cycle, seed, height):
 
 @pytest.mark.parametrize(
     ("heights", "settings", "is_told"),
-    [((4.0, -4.0), "", True), ((4.0, 3.0), "", False), ((4.0, -4.0), "averaging: {reject_ventilation: false}\n", False)],
+    [
+        ((4.0, -4.0), "", True),
+        ((4.0, 3.0), "", False),
+        ((4.0, -4.0), "averaging: {reject_ventilation: false}\n", False),
+    ],
     ids=["opposite ends", "one end", "whole breaths as asked"],
 )
 def test_a_pair_at_opposite_ends_of_the_breath_is_told_with_its_size(make_study, mice, heights, settings, is_told):
