@@ -247,6 +247,7 @@ def test_two_files_of_one_name_in_one_folder_are_recordings_of_one_subject(lab):
     assert "several recordings of R1: column subject" in "; ".join(added.said)
     assert [row["subject"] for row in read_rows(lab / "study/animals.csv").rows].count("R1") == 2
 
+
 TITLES = [  # title, cells, column, value of the first
     ("Hct (%)", "41;44;39;45", "hematocrit [1]", 0.41),
     ("Haematocrit", "0.41;0.44;0.39;0.45", "hematocrit [1]", 0.41),
