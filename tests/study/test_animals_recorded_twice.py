@@ -154,7 +154,8 @@ def test_a_drug_in_the_names_of_files_is_an_occasion_of_animals_and_of_their_gro
         file.rename(file.with_name(file.name.replace(" pre", "_baseline").replace(" post", "_iloprost")))
     added = add_files(lab / "study", [lab / "lab"])
     assert {(row["group"], row["subject"], row["occasion"]) for row in table(lab).values()} == {
-        (group, f"{group} {n}", level) for group in ("veh", "drug") for n in (1, 2) for level in ("baseline", "iloprost")
+        (group, f"{group} {n}", level)
+        for group in ("veh", "drug") for n in (1, 2) for level in ("baseline", "iloprost")
     }  # fmt: skip
     assert ("design.subject", "null") in {(cure.key, cure.text) for cure in added.cures if hasattr(cure, "key")}
 
