@@ -29,16 +29,11 @@ class VentilationRules:
     low_share : float
         Share of the breath's height above its end within which a beat stands at end-expiration.
     longer : float
-        The pressure rests at the end in whose third of the breath's height it is this many times as long as at the
-        other.
-    range_percent : float
-        Percentiles at either end that do not count as the height of levels.
+        The pressure rests at an end if it is this many times as long in that third of the breath's height.
     explained : float
-        Share of the variance of levels that a breath explains whose phases repeat.
+        Share of the variance of levels that breaths explain which repeat.
     outlier_sd : float
         A beat further off its level than this many SD is none of end-expiration.
-    level_beats : int
-        Beats over which the level is followed where no breath repeats: three breaths or more.
     no_breath : float
         Levels that differ by less than this share of the signal's mean show no breath.
     cut_samples : float
@@ -64,10 +59,8 @@ class VentilationRules:
 
     low_share: float = 0.12
     longer: float = 1.5
-    range_percent: float = 2.0
     explained: float = 0.85
     outlier_sd: float = 2.5
-    level_beats: int = 31
     no_breath: float = 0.01
     cut_samples: float = 2.0
     tells: float = 0.04
@@ -83,7 +76,8 @@ class VentilationRules:
 
 RULES = VentilationRules()
 
-_VENTILATION = note_kind("beat.ventilation", "ventilation: mean {signal} {off:+.3g} {unit} from end-expiration")
+_VENTILATION = note_kind("beat.ventilation", "ventilation: mean pressure {off:+.3g} mmHg from end-expiration")
+_RANGE = 2.0, 98.0  # percentiles between which levels are counted
 _BREATHS = "If recordings are compared, average all of them over the breath."
 NO_PLATEAU = look_kind(
     "recording.breath-without-plateau",
@@ -210,17 +204,11 @@ def _expiration(
     means = (means[0] - led, means[1])
     if (led.any() and not breaths) or not good.any():
         return Expiration()
-    no_breath, no_breath_of_flow = (_no_breath(shape, cut, rules) for shape in shapes)
+    shape = shapes[0]
+    no_breath = max(rules.no_breath * abs(shape.mean()), cut * abs(shape.mean() - shape[0]))
     if _repeats(breaths, means[0], good, no_breath, rules):
-        return _by_phase(reasons, breaths, float(np.mean(means[0])), no_breath, rules)
-    expiration = _by_level(reasons, time, means[0], good, ("pressure", "mmHg", no_breath), rules)
-    _by_level(reasons, time, means[1], good, ("flow", "ml/s", no_breath_of_flow), rules)
-    return expiration
-
-
-def _no_breath(shape: np.ndarray, cut: float, rules: VentilationRules) -> float:
-    """Return by what levels may differ without a breath, where beats begin within `cut` of their length."""
-    return max(rules.no_breath * float(abs(shape.mean())), cut * float(abs(shape.mean() - shape[0])))
+        return _by_phase(reasons, breaths, float(means[0].mean()), no_breath, rules)
+    return _by_level(reasons, time, means[0], no_breath, rules)
 
 
 def _breaths(
@@ -257,44 +245,35 @@ def _repeats(
     return bool((means - fitted)[good].std() < little)
 
 
-def _shares(levels: np.ndarray, rules: VentilationRules) -> tuple[float, float]:
-    """Return which shares of levels lie in the lower and in the upper third of their range."""
-    low, high = np.percentile(levels, [rules.range_percent, 100.0 - rules.range_percent])
-    return float(np.mean(levels < low + (high - low) / 3)), float(np.mean(levels > high - (high - low) / 3))
-
-
-def _rests(low: float, high: float, rules: VentilationRules) -> Rest:
-    """Return the end at which levels rest, of which such shares lie in the lower and in the upper third."""
+def _rests(stretches: list[np.ndarray], rules: VentilationRules) -> Rest:
+    """Return the end at which levels rest: most of all stretches lie in the third of their range at that end."""
+    low, high = 0.0, 0.0
+    for levels in stretches:
+        bottom, top = np.percentile(levels, _RANGE)
+        low += np.mean(levels < bottom + (top - bottom) / 3)
+        high += np.mean(levels > top - (top - bottom) / 3)
     return "lower" if low > rules.longer * high else "upper" if high > rules.longer * low else "neither"
 
 
-def _said(rests: Rest, height: float, rate: float, mean: float, rules: VentilationRules) -> tuple[Finding, ...]:
-    """Return what is said of breaths of such a height, mmHg, so many a second, beside a mean pressure."""
-    if rests in ("", "lower") or height <= rules.tells * mean:
+def _said(rests: Rest, height: float, rate: float, limit: float) -> tuple[Finding, ...]:
+    """Return what is said of breaths higher than a limit, mmHg, so many a second."""
+    if rests in ("", "lower") or height <= limit:
         return ()
     if rests == "upper":
         return (RESTS_HIGH(height=height, rate=60 * rate),)
     return (NO_PLATEAU(height=height, rate=60 * rate, half=0.5 * height),)
 
 
-class _Course(NamedTuple):
-    """Levels of the pressure over one breath, mmHg; its height were beats short; whether beats keep step with it."""
+def _course(breath: Breath, rules: VentilationRules) -> tuple[np.ndarray, float, float]:
+    """Return levels over a breath, mmHg, its height were beats short, and beats a breath where both keep step, else 0.
 
-    levels: np.ndarray
-    height: float
-    locked: bool
-    rate: float
-    beats: float
-
-
-def _course(breath: Breath, rules: VentilationRules) -> _Course:
-    """Return the course of a breath; if it keeps step with the beats, only what they show of it is known."""
+    Of breaths that keep step only what the beats show is known.
+    """
     beat = float(np.median(np.diff(breath.time)))
-    beats = 1.0 / (breath.rate * beat)
-    phases = breath.time * breath.rate * max(1, round(beats))
-    locked = bool(abs(np.mean(np.exp(2j * np.pi * phases))) > rules.locked)
+    phases = breath.time * breath.rate * max(1, round(1.0 / (breath.rate * beat)))
+    locked = abs(np.mean(np.exp(2j * np.pi * phases))) > rules.locked
     levels = breath.at(breath.time if locked else np.arange(200) / (200 * breath.rate))
-    return _Course(levels, float(np.ptp(breath.within_beats(beat))), locked, breath.rate, beats)
+    return levels, float(np.ptp(breath.within_beats(beat))), locked / (breath.rate * beat)
 
 
 def _by_phase(
@@ -302,73 +281,51 @@ def _by_phase(
 ) -> Expiration:
     """Reject the beats that stand off the end at which breaths that repeat rest; none if they rest at neither."""
     courses = [_course(breath, rules) for breath in breaths]
-    shares = np.array([_shares(course.levels, rules) for course in courses])
-    at_low, at_high = np.average(shares, axis=0, weights=[len(breath.beats) for breath in breaths])
-    rests = _rests(at_low, at_high, rules)
-    high = max(courses, key=lambda course: course.height)
-    findings = _said(rests, high.height, high.rate, mean, rules)
+    rests = _rests([levels for levels, *_ in courses], rules)
+    height, beats, rate = max((height, beats, breath.rate) for breath, (_, height, beats) in zip(breaths, courses))
+    findings = _said(rests, height, rate, rules.tells * mean)
     if rests == "neither":
         return Expiration(rests, findings=findings)
-    ends = [course.levels.max() if rests == "upper" else course.levels.min() for course in courses]
-    off = np.concatenate([breath.at(breath.time) - end for breath, end in zip(breaths, ends, strict=True)])
-    near = rules.low_share * high.height
-    _mark(reasons, off, max(near, no_breath), "pressure", "mmHg")
-    error = 0.0
-    if high.locked and np.mean(np.abs(off) < near) * high.beats < rules.plateau_beats:
-        error = rules.locked_error * high.height
-        locked = LOCKED(beats=high.beats, height=high.height, error=error)
-        findings += (locked,) if high.height > rules.tells * mean else ()
-    used = np.array([not reason for reason in reasons], dtype=bool)
+    off = np.concatenate([breath.at(breath.time) - (levels.max() if rests == "upper" else levels.min())
+                          for breath, (levels, *_) in zip(breaths, courses, strict=True)])  # fmt: skip
+    near, error = rules.low_share * height, 0.0
+    if beats and np.mean(np.abs(off) < near) * beats < rules.plateau_beats:
+        error = rules.locked_error * height
+        locked = (LOCKED(beats=beats, height=height, error=error),)
+        findings += locked if height > rules.tells * mean else ()
+    used = _mark(reasons, off, max(near, no_breath))
     lifted = float(off[used].mean()) if used.any() else 0.0
     return Expiration(rests, float(np.hypot(error, 0.5 * lifted)), findings)
 
 
-def _mark(reasons: list[Rejection], off: np.ndarray, limit: float, signal: str, unit: str) -> None:
+def _mark(reasons: list[Rejection], off: np.ndarray, limit: float) -> np.ndarray:
+    """Reject beats further off than a limit; return which are left."""
     for i in np.flatnonzero(np.abs(off) > limit):
-        reasons[i] = reasons[i] or _VENTILATION(signal=signal, off=float(off[i]), unit=unit)
+        reasons[i] = reasons[i] or _VENTILATION(off=float(off[i]))
+    return np.array([not reason for reason in reasons])
 
 
 def _by_level(
-    reasons: list[Rejection], time: np.ndarray, means: np.ndarray, good: np.ndarray, what: tuple[str, str, float],
-    rules: VentilationRules,
-) -> Expiration:  # fmt: skip
-    """Reject beats off the level at which breaths that do not repeat rest; `what` names signal, unit, and no breath."""
-    signal, unit, no_breath = what
-    levels = means[good]
-    if _is_scatter(levels, rules):
-        _mark(reasons, means - levels.mean(), max(rules.scatter_sd * float(levels.std()), no_breath), signal, unit)
-        return Expiration()
-    low, high = np.percentile(levels, [rules.range_percent, 100.0 - rules.range_percent])
-    rests = _rests(*_shares(levels, rules), rules) if high - low > 2.0 * no_breath else ""
-    if rests == "neither":
-        off = means - np.median(levels)
-        limit = rules.scatter_sd * 1.48 * float(np.median(np.abs(off[good])))  # the SD of normal levels
-    else:
-        off, limit = _off_level(means, rests, rules)
-    _mark(reasons, off, max(limit, no_breath), signal, unit)
-    third = (high - low) / 3
-    sides = np.where(levels > high - third, 1, np.where(levels < low + third, -1, 0))
-    rate = float(np.sum(np.diff(sides[sides != 0]) > 0) / np.ptp(time))
-    return Expiration(rests, findings=_said(rests, float(high - low), rate, float(levels.mean()), rules))
+    reasons: list[Rejection], time: np.ndarray, means: np.ndarray, no_breath: float, rules: VentilationRules
+) -> Expiration:
+    """Reject the beats off the level at which breaths that do not repeat rest, or off that of all beats.
 
-
-def _off_level(means: np.ndarray, rests: Rest, rules: VentilationRules) -> tuple[np.ndarray, float]:
-    """Return how far each beat's mean stands off the end-expiratory level nearby, and what is too far.
-
-    At end-expiration the level is a plateau, so its beats are the narrowest interval that holds a quarter of all, in
-    the half of them at that end; the rest of the plateau is judged by their scatter. Then the level is followed through
-    the plateau's beats alone.
+    End-expiration is a plateau: of the half of the levels at that end the narrowest interval with a quarter of all.
     """
-    from scipy.ndimage import median_filter
-
-    indices = np.arange(len(means))
-    plateau = indices
-    for _ in range(3):
-        followed = median_filter(means[plateau], min(rules.level_beats, len(plateau)), mode="reflect")
-        level = means - np.interp(indices, plateau, followed)
-        middle, spread = _narrowest_quarter(level, rests)
-        plateau = np.flatnonzero(np.abs(level - middle) <= rules.outlier_sd * spread)
-    return level - middle, rules.outlier_sd * spread
+    levels = means[[not reason for reason in reasons]]
+    low, high = np.percentile(levels, _RANGE)
+    breathes = high - low > 2.0 * no_breath and not _is_scatter(levels, rules)
+    rests = _rests([levels], rules) if breathes else ""
+    if rests in ("lower", "upper"):
+        middle, spread = _narrowest_quarter(np.sort(levels), upper=rests == "upper")
+        limit = rules.outlier_sd * spread
+    else:
+        middle = float(np.median(levels))
+        limit = rules.scatter_sd * 1.48 * float(np.median(np.abs(levels - middle)))  # times the SD of a normal
+    _mark(reasons, means - middle, max(limit, no_breath))
+    sides = np.digitize(levels, [low + (high - low) / 3, high - (high - low) / 3])
+    rate = float(np.sum(np.diff(sides[sides != 1]) > 0) / np.ptp(time))
+    return Expiration(rests, findings=_said(rests, float(high - low), rate, rules.tells * float(levels.mean())))
 
 
 def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
@@ -387,13 +344,14 @@ def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
     return float(shapiro(thinned).pvalue) > rules.normal_p
 
 
-def _narrowest_quarter(level: np.ndarray, rests: Rest) -> tuple[float, float]:
-    """Return the middle of the narrowest interval with a quarter of the values, and the SD of a normal so narrow."""
-    ordered = np.sort(level)
+def _narrowest_quarter(ordered: np.ndarray, upper: bool) -> tuple[float, float]:
+    """Return the middle of the narrowest interval with a quarter of all values in one half of them, and its SD.
+
+    The SD is that of a normal distribution as narrow.
+    """
     count = max(2, (len(ordered) + 3) // 4)
-    half = slice(len(level) // 2 if rests == "upper" else 0, (len(level) + 1) // 2 if rests == "lower" else len(level))
-    ordered = ordered[half]
-    widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
+    half = ordered[len(ordered) // 2 :] if upper else ordered[: (len(ordered) + 1) // 2]
+    count = min(count, len(half))
+    widths = half[count - 1 :] - half[: len(half) - count + 1]
     first = int(np.argmin(widths))
-    middle = 0.5 * (ordered[first] + ordered[first + count - 1])
-    return float(middle), 0.5 * float(widths[first]) / 0.319
+    return float(0.5 * (half[first] + half[first + count - 1])), 0.5 * float(widths[first]) / 0.319
