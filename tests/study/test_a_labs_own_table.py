@@ -246,3 +246,46 @@ def test_two_files_of_one_name_in_one_folder_are_recordings_of_one_subject(lab):
     added = add_files(lab / "study", [lab / "lab"])
     assert "several recordings of R1: column subject" in "; ".join(added.said)
     assert [row["subject"] for row in read_rows(lab / "study/animals.csv").rows].count("R1") == 2
+
+
+TITLES = [  # title, cells, column, value of the first
+    ("Hct (%)", "41;44;39;45", "hematocrit [1]", 0.41),
+    ("Haematocrit", "0.41;0.44;0.39;0.45", "hematocrit [1]", 0.41),
+    ("hematocrit %", "41;44;39;45", "hematocrit [1]", 0.41),
+    ("PCV", "41;44;39;45", "hematocrit [1]", 0.41),
+    ("Hkt [l/l]", "0.41;0.44;0.39;0.45", "hematocrit [1]", 0.41),
+    ("Temp °C", "36.5;37;36;37.2", "temperature [°C]", 36.5),
+    ("Body temperature (°F)", "98.6;98;99;97", "temperature [°C]", 37.0),
+    ("Rectal temp", "36.5;37;36;37.2", "temperature [°C]", 36.5),
+    ("PAWP mmHg", "8;9;8;7", "wedge [mmHg]", 8.0),
+    ("LAP (kPa)", "1.0;1.1;1.2;1.3", "wedge [mmHg]", 7.50),
+    ("zero [kPa]", "0.1;0.1;0.1;0.1", "zero [mmHg]", 0.75),
+    ("flow delay (ms)", "4;4;4;4", "flow delay [s]", 0.004),
+]
+
+
+@pytest.mark.parametrize(("title", "cells", "column", "first"), TITLES, ids=[title for title, *_ in TITLES])
+def test_numbers_of_the_blood_and_others_are_known_by_the_titles_and_units_of_labs_and_this_is_said(
+    lab, title, cells, column, first
+):
+    sheet = lab / "lab/animals of March.csv"
+    lines = [f"{line};{cell}" for line, cell in zip(SHEET.splitlines(), (title, *cells.split(";")))]
+    sheet.write_text("\n".join([*lines, ""]), "utf-8")
+    added = add_files(lab / "study", [lab / "lab"])
+    assert float(rows(lab)["R1"][column]) == pytest.approx(first, rel=1e-3)
+    assert title.casefold() not in {name.casefold() for name in rows(lab)["R1"]}
+    assert any(f"'{title}' was taken for {column}" in text for text in added.said)
+    assert [problem for problem in check_study(lab / "study").problems if problem.error] == []
+
+
+@pytest.mark.parametrize(
+    ("title", "column"), [("Room temp", "temperature [°C]"), ("Hct week 3", "hematocrit [1]"), ("Start", "")]
+)
+def test_a_title_that_only_resembles_one_stays_the_labs_own_and_this_is_said(lab, title, column):
+    sheet = lab / "lab/animals of March.csv"
+    lines = [f"{line};{cell}" for line, cell in zip(SHEET.splitlines(), (title, "21", "22", "20", "21"))]
+    sheet.write_text("\n".join([*lines, ""]), "utf-8")
+    said = "; ".join(add_files(lab / "study", [lab / "lab"]).said)
+    assert bool(column) == (f"stays a column of your own, not {column}" in said)
+    assert "temperature [°C]" not in rows(lab)["R1"]
+    assert "start [s]" not in rows(lab)["R1"]

@@ -2,6 +2,7 @@
 
 import csv
 import shlex
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -197,6 +198,22 @@ def test_files_beside_a_recording_are_found_from_where_they_were_typed(lab, tmp_
     added = add_files(study, [one], group="CTL", cells={"wedge wave": "Vorhof links.csv"})
     (name,) = {row["wedge wave"] for row in added.rows}
     assert (study / name).samefile(tmp_path / "Vorhof links.csv")
+
+
+def test_files_without_a_unit_are_named_and_one_command_mends_all(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    study, cycle = new_study(tmp_path / "s")[0].parent, virtual_mouse()
+    Path("lab").mkdir()
+    write_network(control_network(), Path("lab/lung.csv"))
+    for n in range(5):
+        rows = np.column_stack([cycle.time, (1 + 0.1 * n) * cycle.pressure, cycle.flow])
+        np.savetxt(f"lab/CTL {n}.csv", rows, "%.9g", ",", header="time [s],pressure,flow [ml/s]", comments="")
+    add_files(study, [Path("lab")], group="CTL")
+    printed = CliRunner().invoke(app, ["check", "s"], env={"COLUMNS": "400"}).output
+    assert "CTL 1, CTL 2, CTL 3 and CTL 4" in printed
+    command = next(line for line in printed.splitlines() if line.lstrip().startswith("vasowave add"))
+    assert CliRunner().invoke(app, shlex.split(command)[1:]).exit_code == 0
+    assert not [problem for problem in check_study(study).problems if problem.error]
 
 
 def test_one_cause_is_one_error_with_all_its_lines(tmp_path):

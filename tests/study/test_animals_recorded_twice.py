@@ -38,6 +38,14 @@ def times(occasions):
          [("Ratte03", "vor"), ("Ratte03", "nach"), ("Ratte04", "vor"), ("Ratte04", "nach")]),
         (("Rat 1/day 0", "Rat 1/day 21", "Rat 2/day 0", "Rat 2/day 21"), "day",
          [("Rat 1", "0"), ("Rat 1", "21"), ("Rat 2", "0"), ("Rat 2", "21")]),
+        (("rat1_baseline", "rat1_sildenafil", "rat2_baseline", "rat2_sildenafil"), "occasion",
+         [("rat1", "baseline"), ("rat1", "sildenafil"), ("rat2", "baseline"), ("rat2", "sildenafil")]),
+        (("vorher m12", "Y27632 m12", "vorher m14", "Y27632 m14", "vorher m15"), "occasion",
+         [("m12", "vorher"), ("m12", "y27632"), ("m14", "vorher"), ("m14", "y27632"), ("m15", "vorher")]),
+        (("2026-03-01_Rat1Base", "2026-03-02_Rat1Iloprost 2mg", "2026-03-01_Rat11Base", "2026-03-02_Rat11Iloprost 2mg"),
+         "occasion", [("Rat1", "base"), ("Rat1", "iloprost 2mg"), ("Rat11", "base"), ("Rat11", "iloprost 2mg")]),
+        (("CTL1-pre", "CTL1-NO", "CTL1-washout", "HPH1-pre", "HPH1-NO", "HPH1-washout"), "occasion",
+         [(animal, level) for animal in ("CTL1", "HPH1") for level in ("pre", "no", "washout")]),
     ],
 )  # fmt: skip
 def test_what_stands_beside_the_occasion_is_the_animal(names, column, expected):
@@ -55,10 +63,20 @@ def test_what_stands_beside_the_occasion_is_the_animal(names, column, expected):
         ("R1 baseline", "R2 baseline"),
         ("R1 pre", "R1 post", "R2"),  # one animal alone
         ("spread 1", "spread 2", "nappe 1", "nappe 2"),  # words that hold others
+        ("CTL1_baseline", "CTL2_baseline", "HPH1_baseline", "HPH2_baseline"),
+        ("vehicle1_baseline", "vehicle2_baseline", "sildenafil1_baseline", "sildenafil2_baseline"),
+        ("rat1_control", "rat2_control", "rat3_hypoxia", "rat4_hypoxia"),  # controls of their own
+        ("rat1_baseline", "rat10_sildenafil", "rat2_baseline", "rat20_sildenafil"),  # other animals
+        ("rat1_baseline", "rat1_2", "rat2_baseline", "rat2_2"),  # no word
     ],
 )
 def test_names_that_speak_of_no_two_occasions_of_animals_tell_none(names):
     assert reading(*names) is None
+
+
+@pytest.mark.parametrize("drug", ["bosentan", "sildenafill"])
+def test_a_drug_of_one_animal_alone_is_not_clear(drug):
+    assert not reading("rat1_baseline", "rat1_sildenafil", "rat2_baseline", f"rat2_{drug}").clear
 
 
 def test_a_pattern_that_many_animals_break_is_not_clear():
@@ -129,6 +147,17 @@ def test_a_clear_pattern_makes_animals_groups_and_design_and_says_how_to_undo_it
     problems, _, _, text = check_study(lab / "study")
     assert not [problem for problem in problems if problem.error]
     assert "compared: drug against veh; post against pre; drug against veh in the change post/pre" in text
+
+
+def test_a_drug_in_the_names_of_files_is_an_occasion_of_animals_and_of_their_groups(lab):
+    for file in (lab / "lab").glob("* p*.csv"):
+        file.rename(file.with_name(file.name.replace(" pre", "_baseline").replace(" post", "_iloprost")))
+    added = add_files(lab / "study", [lab / "lab"])
+    assert {(row["group"], row["subject"], row["occasion"]) for row in table(lab).values()} == {
+        (group, f"{group} {n}", level)
+        for group in ("veh", "drug") for n in (1, 2) for level in ("baseline", "iloprost")
+    }  # fmt: skip
+    assert ("design.subject", "null") in {(cure.key, cure.text) for cure in added.cures if hasattr(cure, "key")}
 
 
 def test_recordings_that_come_later_join_their_animals_and_nothing_is_said_twice(lab):

@@ -62,6 +62,27 @@ def test_two_sheets_of_a_workbook_are_two_recordings(tmp_path):
     assert not [problem for problem in check_study(tmp_path / "study").problems if "same recording" in str(problem)]
 
 
+def test_another_sheet_of_a_file_that_is_there_becomes_a_row_of_its_own_and_the_same_sheet_keeps_its_row(tmp_path):
+    saved(tmp_path / "c.xlsx", A=signals(15), B=signals(12))
+    study = tmp_path / "study"
+    new_study(study)
+    for sheet in ("", "B", "A", "", "b"):
+        add_files(study, [tmp_path / "c.xlsx"], cells={"sheet": sheet} if sheet else {})
+    assert [(row["animal"], row["sheet"]) for row in read_rows(study / "animals.csv").rows] == [
+        ("c", "A"),
+        ("c B", "b"),
+    ]
+
+
+def test_a_sheet_is_named_in_the_row_of_a_file_of_which_no_other_row_was_meant(tmp_path):
+    saved(tmp_path / "c.xlsx", A=signals(15), B=signals(12))
+    study = tmp_path / "study"
+    new_study(study)
+    add_files(study, [tmp_path / "c.xlsx"], cells={"sheet": "B"})
+    add_files(study, [tmp_path / "c.xlsx"])  # as when a folder is added again
+    assert [(row["animal"], row["sheet"]) for row in read_rows(study / "animals.csv").rows] == [("c", "B")]
+
+
 def test_what_was_noticed_of_a_sheet_is_told_in_a_process_that_read_no_workbook(tmp_path):
     saved(tmp_path / "c.xlsx", A=signals(15), B=signals(12))
     with pytest.warns(VasowaveWarning, match="the sheets 'A' and 'B' hold signals") as warned:

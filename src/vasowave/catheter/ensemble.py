@@ -12,7 +12,6 @@ import numpy as np
 from vasowave.base.findings import Finding, Severity, note_kind, warn
 from vasowave.base.settings import given_values
 from vasowave.catheter.baseline.baseline import baseline_findings, find_baseline, with_comments
-from vasowave.catheter.baseline.breaths import breathing
 from vasowave.catheter.baseline.ventilation import Expiration, mark_inspiration
 from vasowave.catheter.beats.cuts import Cuts
 from vasowave.catheter.beats.edits import BeatEdit, judged, require_decisions, told
@@ -118,13 +117,13 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     good = reasons.count(None)
     reasons, over = relax_criteria(reasons, options.beats)
     good_beats = np.array([reason is None for reason in reasons])
-    levels = None if options.reject_ventilation and not over else _breathing_levels(prepared, baseline, good_beats)
+    whole_breaths = over or expiration.rests == "neither" or not options.reject_ventilation
+    levels = np.stack(_levels(prepared, baseline)) if whole_breaths else None
     used, run = choose_run(reasons, len(reasons) if "length" in over else options.beats, raw.source, clocks, levels)
     if over:
         baseline = replace(baseline, removed=baseline.removed and len(over) == 1)  # unlike beats share no level
-        expiration = Expiration(np.zeros(len(reasons)), float(cut.pressure[used].mean(axis=1).std()) * (len(over) == 1))
+        expiration = Expiration(error=float(cut.pressure[used].mean(axis=1).std()) * (len(over) == 1))
     chosen = _without_drift(cut.chosen(used), baseline)
-    chosen = chosen._replace(pressure=chosen.pressure - expiration.excess[used, None])
     period = float(np.mean(chosen.ends - chosen.starts))
     lasts = chosen.ends - chosen.starts if "length" in over else None
     carried = int(prepared.raw.sampling_rate * period / 2)
@@ -216,7 +215,7 @@ def levelled(prepared: Prepared, reasons: list[Rejection]) -> tuple[Baseline, Ex
     mark_steps(reasons, [int(np.searchsorted(times, step.time)) for step in baseline.steps])
     if baseline.settling:
         mark_settling(reasons, np.flatnonzero(times < baseline.settling.until))
-    expiration = Expiration(np.zeros(len(reasons)))
+    expiration = Expiration()
     if options.reject_ventilation:
         levels, sample = _levels(prepared, baseline), 1.0 / prepared.raw.sampling_rate
         expiration = mark_inspiration(reasons, cut.starts, cut.ends, levels, prepared.shapes, sample)
@@ -227,13 +226,6 @@ def _levels(prepared: Prepared, baseline: Baseline) -> tuple[np.ndarray, np.ndar
     """Return mean pressure, its drift removed, and mean flow of every beat, mmHg and ml/s."""
     (pressure, flow), cut = prepared.means, prepared.cut
     return pressure - baseline.mean_within(cut.starts, cut.ends, cut.pressure.shape[1]), flow
-
-
-def _breathing_levels(prepared: Prepared, baseline: Baseline, good: np.ndarray) -> np.ndarray | None:
-    """Return mean pressure and flow of every beat, shape (2, beat), where a breath moves them; None else."""
-    levels = _levels(prepared, baseline)
-    time = 0.5 * (prepared.cut.starts + prepared.cut.ends)
-    return np.stack(levels) if breathing(time, levels[0], good).any() else None
 
 
 def _baseline(prepared: Prepared, reasons: Sequence[Rejection]) -> Baseline:

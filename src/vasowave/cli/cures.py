@@ -34,6 +34,8 @@ from vasowave.study import report as reports
 
 _MAX_COMMANDS = 3  # below a finding
 _MAX_NAMES = 3  # of animals in a line
+_MAX_FILES = 12  # in a command
+_PLACES = "sheet", "subject row", "pressure channel"  # which tell a recording from others of its file
 VALUE = "VALUE"
 """Stands in a command for what only a person knows."""
 
@@ -76,11 +78,11 @@ class Shell:
                     return f"animals.csv: write {written} of {' and '.join(animals) or 'the animal'}"
                 if self.study is None:
                     return " ".join(options)
-                files = [_typed_path(self.study / row[title]) for title in ("recording", "flow") if row.get(title)]
+                files = [_typed_path(self.study / file) for file in self._files(cure, animals)]
                 rows_of_file = [
                     other_row for other_row in self.rows.values() if other_row.get("recording") == row.get("recording")
                 ]
-                titles = ("sheet", "subject row", *["pressure channel"][: len(rows_of_file) - 1])
+                titles = _PLACES[: 2 + (len(rows_of_file) > 1)]
                 places = [title for title in titles if row.get(title) and title not in dict(cells)]
                 options += [_option(title, row[title]) for title in places]  # without which another row is meant
                 return " ".join(["vasowave add", study, *(files or ["FILE"]), *options])
@@ -113,6 +115,13 @@ class Shell:
             case RunAgain():
                 return f"vasowave run {study}"
         return ""
+
+    def _files(self, cure: Cure, animals: Sequence[str]) -> list[str]:
+        """Return the files of the first animal, and of others that the same cells mend and that have files alone."""
+        first, *further_rows = [self.rows.get(animal, {}) for animal in animals[:_MAX_FILES]] or [{}]
+        alike = [row for row in further_rows if in_row(cure, row) == in_row(cure, first)
+                 and not any(row.get(title) for title in _PLACES)]  # fmt: skip
+        return [row[title] for row in (first, *alike) for title in ("recording", "flow") if row.get(title)]
 
 
 def _typable(command: str) -> bool:

@@ -44,21 +44,12 @@ class Breath(NamedTuple):
         Breaths per second.
     coefficients : float array, shape (1 + 2 harmonics,)
         Level, cosines, sines.
-    noise : float
-        Square error of each coefficient.
     """
 
     beats: np.ndarray
     time: np.ndarray
     rate: float
     coefficients: np.ndarray
-    noise: float
-
-    @property
-    def sine_share(self) -> float:
-        """Share of the first harmonic in the breath's power, noise set apart."""
-        first, *overtones = (self.coefficients[1:].reshape(2, -1) ** 2).sum(axis=0)
-        return float(first / (first + max(sum(overtones) - 4.0 * len(overtones) * self.noise, 0.0)))
 
     def at(self, time: np.ndarray) -> np.ndarray:
         """Return the breath, of mean zero, at times in s since the first of its beats."""
@@ -94,8 +85,8 @@ def find_breaths(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> list[
     return breaths
 
 
-def _in_stretch(time: np.ndarray, level: np.ndarray) -> tuple[float, np.ndarray, float] | None:
-    """Return rate, coefficients and their square error of the breath in a stretch, None if nothing repeats."""
+def _in_stretch(time: np.ndarray, level: np.ndarray) -> tuple[float, np.ndarray] | None:
+    """Return rate and coefficients of the breath in a stretch, None if nothing repeats."""
     values = level - level.mean()
     step = 1.0 / (8.0 * (time[-1] - time[0]))
     beat = float(np.median(np.diff(time)))
@@ -122,7 +113,7 @@ def _in_stretch(time: np.ndarray, level: np.ndarray) -> tuple[float, np.ndarray,
         slower, slower_squares = _nearest(time, values, slower + offsets)
         if len(values) * np.log(slower_squares / squares) < _MAX_DEVIANCE_LOSS:
             rate, squares = slower, slower_squares
-    return rate, _fit(time, values, rate), 2.0 * squares / len(values) ** 2
+    return rate, _fit(time, values, rate)
 
 
 def _shown_by_beats(coefficients: np.ndarray, rate: float, beat: float) -> float:

@@ -1,12 +1,13 @@
 """End-expiration: the beats that stand at it, and how far the others are lifted by the breath.
 
-A breath that repeats is known by its phase. A ventilator raises the pressure in inspiration, so that end-expiration is
-the lower end of the breath, unless the pressure rests at the upper one. Breaths that do not repeat are known by their
-plateau alone.
+Animals rest at the end of expiration, so it is the end of the breath at which the pressure stays for longer: the lower
+one under a ventilator, the upper one of many that breathe by themselves. Where it stays at neither, no end is known to
+be that of expiration, and no beat is left out: means over whole breaths are alike in all recordings. A breath that
+repeats is known by its phase, breaths that do not by the levels of the beats.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -27,17 +28,12 @@ class VentilationRules:
     ----------
     low_share : float
         Share of the breath's height above its end within which a beat stands at end-expiration.
-    longer, much_longer : float
-        The pressure rests at its lower end if it stays there this many times as long as at the upper one; at its upper
-        end, if it stays there so much longer.
-    smooth_share : float
-        Share of a breath's power in its first harmonic from which on it is a sine, which rests nowhere.
-    end_share : float
-        Share of a breath, around its end, over which the level of that end is taken.
+    longer : float
+        The pressure rests at an end if it is this many times as long in that third of the breath's height.
+    explained : float
+        Share of the variance of levels that breaths explain which repeat.
     outlier_sd : float
         A beat further off its level than this many SD is none of end-expiration.
-    level_beats : int
-        Beats over which the level is followed where no breath repeats: three breaths or more.
     no_breath : float
         Levels that differ by less than this share of the signal's mean show no breath.
     cut_samples : float
@@ -63,11 +59,8 @@ class VentilationRules:
 
     low_share: float = 0.12
     longer: float = 1.5
-    much_longer: float = 2.0
-    smooth_share: float = 0.97
-    end_share: float = 0.1
+    explained: float = 0.85
     outlier_sd: float = 2.5
-    level_beats: int = 31
     no_breath: float = 0.01
     cut_samples: float = 2.0
     tells: float = 0.04
@@ -83,14 +76,15 @@ class VentilationRules:
 
 RULES = VentilationRules()
 
-_VENTILATION = note_kind("beat.ventilation", "ventilation: mean {signal} {off:+.3g} {unit} from end-expiration")
-_TURN_OFF = "If the animal breathes by itself, average over the breath."
+_VENTILATION = note_kind("beat.ventilation", "ventilation: mean pressure {off:+.3g} mmHg from end-expiration")
+_RANGE = 2.0, 98.0  # percentiles between which levels are counted
+_BREATHS = "If recordings are compared, average all of them over the breath."
 NO_PLATEAU = look_kind(
     "recording.breath-without-plateau",
-    "the pressure swings by {height:.2g} mmHg with each breath ({rate:.0f} a minute) and rests at neither end; the "
-    "lower end was taken for end-expiration, as under a ventilator. If the animal breathes by itself, it is the upper "
-    "end, and the mean pressure is {height:.2g} mmHg higher",
-    _TURN_OFF,
+    "the pressure swings by {height:.2g} mmHg with each breath ({rate:.0f} a minute) and rests at neither end, so that "
+    "neither is known to be end-expiration: whole breaths are averaged. Under a ventilator end-expiration is up to "
+    "{half:.2g} mmHg lower, in an animal that breathes by itself as much higher",
+    _BREATHS,
     AVERAGE_BREATHS,
 )
 RESTS_HIGH = look_kind(
@@ -98,7 +92,7 @@ RESTS_HIGH = look_kind(
     "the pressure falls by {height:.2g} mmHg with each breath ({rate:.0f} a minute) and rests at the upper end, which "
     "was taken for end-expiration, as of an animal that breathes by itself. If a ventilator holds inspiration for "
     "longer than expiration, it is the lower end, and the mean pressure is {height:.2g} mmHg lower",
-    _TURN_OFF,
+    _BREATHS,
     AVERAGE_BREATHS,
 )
 LOCKED = look_kind(
@@ -122,21 +116,25 @@ BREATH_MOVES_FLOW = look_kind(
 )
 
 
+Rest = Literal["", "lower", "upper", "neither"]
+"""The end of the breath at which the pressure rests; empty where there is no breath."""
+
+
 class Expiration(NamedTuple):
     """How the beats stand to end-expiration.
 
     Attributes
     ----------
-    excess : float array, shape (beat,)
-        How far the breath lifts the mean pressure of each beat above end-expiration, mmHg: what is to be subtracted.
+    rests : str
+        At which end of the breath the pressure rests; over whole breaths is averaged where at neither.
     error : float
-        What is unknown of it in the beats at end-expiration, mmHg.
+        What is unknown of the mean pressure of beats at end-expiration, mmHg.
     findings : tuple of Finding
     breath_moves : pair of float
         How far mean pressure, mmHg, and mean flow, ml/s, over whole breaths stand above those at end-expiration.
     """
 
-    excess: np.ndarray
+    rests: Rest = ""
     error: float = 0.0
     findings: tuple[Finding, ...] = ()
     breath_moves: tuple[float, float] = (0.0, 0.0)
@@ -190,8 +188,8 @@ def mark_inspiration(
     if not expired.any():
         return expiration
     pressure, flow = (
-        np.average(mean[shaped], weights=lengths[shaped]) - np.average(lowered[expired], weights=lengths[expired])
-        for mean, lowered in zip(means, (means[0] - expiration.excess, means[1]), strict=True)
+        np.average(mean[shaped], weights=lengths[shaped]) - np.average(mean[expired], weights=lengths[expired])
+        for mean in means
     )
     return expiration._replace(breath_moves=(float(pressure), float(flow)))
 
@@ -204,30 +202,13 @@ def _expiration(
     good = np.array([not reason for reason in reasons], dtype=bool)
     breaths, led = _breaths(time, lengths, means, good, rules)
     means = (means[0] - led, means[1])
-    if led.any() and not breaths:
-        return Expiration(np.zeros(len(time)))
-    if sum(len(breath.beats) for breath in breaths) < len(time):
-        for name, mean, shape, unit in zip(("pressure", "flow"), means, shapes, ("mmHg", "ml/s"), strict=True):
-            off, limit = _off_level(mean, rules)
-            if _is_scatter(mean[good], rules):
-                off, limit = mean - mean[good].mean(), rules.scatter_sd * float(mean[good].std())
-            _mark(reasons, off, max(limit, _no_breath(shape, cut, rules)), name, unit)
-        return Expiration(np.zeros(len(time)))
-    expirations = [_end(breath, time, float(np.mean(means[0])), rules) for breath in breaths]
-    off = np.concatenate([end.off for end in expirations])
-    height = max(end.height for end in expirations)
-    limit = max(rules.low_share * height, _no_breath(shapes[0], cut, rules))
-    _mark(reasons, off, limit, "pressure", "mmHg")
-    excess = np.concatenate([end.excess for end in expirations])
-    used = np.array([not reason for reason in reasons], dtype=bool)
-    lifted = float(np.mean((off - excess)[used])) if used.any() and not excess.any() else 0.0
-    highest = max(expirations, key=lambda end: end.height)
-    return Expiration(excess, float(np.hypot(highest.error, 0.5 * lifted)), highest.findings)
-
-
-def _no_breath(shape: np.ndarray, cut: float, rules: VentilationRules) -> float:
-    """Return by what levels may differ without a breath, where beats begin within `cut` of their length."""
-    return max(rules.no_breath * float(abs(shape.mean())), cut * float(abs(shape.mean() - shape[0])))
+    if (led.any() and not breaths) or not good.any():
+        return Expiration()
+    shape = shapes[0]
+    no_breath = max(rules.no_breath * abs(shape.mean()), cut * abs(shape.mean() - shape[0]))
+    if _repeats(breaths, means[0], good, no_breath, rules):
+        return _by_phase(reasons, breaths, float(means[0].mean()), no_breath, rules)
+    return _by_level(reasons, time, means[0], no_breath, rules)
 
 
 def _breaths(
@@ -253,67 +234,98 @@ def _breaths(
     return breaths, led
 
 
-class _EndExpiration(NamedTuple):
-    """End-expiration of one stretch: how far beats are off it, what is subtracted, the breath's height, findings."""
-
-    off: np.ndarray
-    excess: np.ndarray
-    height: float
-    error: float
-    findings: tuple[Finding, ...]
-
-
-def _end(breath: Breath, time: np.ndarray, mean: float, rules: VentilationRules) -> _EndExpiration:
-    """Return the end-expiratory end of a breath: the lower one, or the upper one if the pressure rests there."""
-    at_beats = breath.at(breath.time)
-    beat = float(np.median(np.diff(breath.time)))
-    course = breath.within_beats(beat)
-    width = round(rules.end_share * len(course))
-    level = np.convolve(np.concatenate([course, course[:width]]), np.full(width, 1 / width), "valid")
-    height = float(np.ptp(level))
-    beats = 1.0 / (breath.rate * beat)
-    phases = breath.time * breath.rate * max(1, round(beats))
-    locked = abs(np.mean(np.exp(2j * np.pi * phases))) > rules.locked
-    means = at_beats if locked else breath.at(np.arange(200) / (200 * breath.rate))
-    low, high = means.min(), means.max()
-    reach = rules.low_share * (high - low)
-    at_low, at_high = np.mean(means < low + reach), np.mean(means > high - reach)
-    upper = at_high > rules.much_longer * at_low
-    smooth = not (upper or locked) and breath.sine_share > rules.smooth_share
-    values: dict[str, float] = {"height": height, "rate": 60 * breath.rate}
-    findings = [RESTS_HIGH(**values)] if upper else [] if at_low > rules.longer * at_high else [NO_PLATEAU(**values)]
-    in_doubt = locked and (at_high if upper else at_low) * beats < rules.plateau_beats
-    error = rules.locked_error * height if in_doubt else 0.0
-    if smooth:
-        error = float(np.hypot(2.0 * breath.noise**0.5, level.min() - course.min()))
-    if in_doubt:
-        findings.append(LOCKED(beats=beats, height=height, error=error))
-    off = at_beats - (high if upper else low)
-    excess = at_beats - level.min() if smooth else np.zeros(len(off))
-    return _EndExpiration(off, excess, height, error, tuple(findings if height > rules.tells * mean else ()))
+def _repeats(
+    breaths: list[Breath], means: np.ndarray, good: np.ndarray, no_breath: float, rules: VentilationRules
+) -> bool:
+    """Whether the phase of a beat tells where in the breath it stands: little is left of all levels."""
+    if sum(len(breath.beats) for breath in breaths) < len(means):
+        return False
+    fitted = np.concatenate([breath.at(breath.time) + means[breath.beats].mean() for breath in breaths])
+    little = max(no_breath, (1.0 - rules.explained) ** 0.5 * float(means[good].std()))
+    return bool((means - fitted)[good].std() < little)
 
 
-def _mark(reasons: list[Rejection], off: np.ndarray, limit: float, signal: str, unit: str) -> None:
-    for i in np.flatnonzero(np.abs(off) > limit):
-        reasons[i] = reasons[i] or _VENTILATION(signal=signal, off=float(off[i]), unit=unit)
+def _rests(stretches: list[np.ndarray], rules: VentilationRules) -> Rest:
+    """Return the end at which levels rest: most of all stretches lie in the third of their range at that end."""
+    low, high = 0.0, 0.0
+    for levels in stretches:
+        bottom, top = np.percentile(levels, _RANGE)
+        low += np.mean(levels < bottom + (top - bottom) / 3)
+        high += np.mean(levels > top - (top - bottom) / 3)
+    return "lower" if low > rules.longer * high else "upper" if high > rules.longer * low else "neither"
 
 
-def _off_level(means: np.ndarray, rules: VentilationRules) -> tuple[np.ndarray, float]:
-    """Return how far each beat's mean stands off the end-expiratory level nearby, and what is too far.
+def _said(rests: Rest, height: float, rate: float, limit: float) -> tuple[Finding, ...]:
+    """Return what is said of breaths higher than a limit, mmHg, so many a second."""
+    if rests in ("", "lower") or height <= limit:
+        return ()
+    if rests == "upper":
+        return (RESTS_HIGH(height=height, rate=60 * rate),)
+    return (NO_PLATEAU(height=height, rate=60 * rate, half=0.5 * height),)
 
-    At end-expiration the level is a plateau, so its beats are the narrowest interval that holds a quarter of all; the
-    rest of the plateau is judged by their scatter. Then the level is followed through the plateau's beats alone.
+
+def _course(breath: Breath, rules: VentilationRules) -> tuple[np.ndarray, float, float]:
+    """Return levels over a breath, mmHg, its height were beats short, and beats a breath where both keep step, else 0.
+
+    Of breaths that keep step only what the beats show is known.
     """
-    from scipy.ndimage import median_filter
+    beat = float(np.median(np.diff(breath.time)))
+    phases = breath.time * breath.rate * max(1, round(1.0 / (breath.rate * beat)))
+    locked = abs(np.mean(np.exp(2j * np.pi * phases))) > rules.locked
+    levels = breath.at(breath.time if locked else np.arange(200) / (200 * breath.rate))
+    return levels, float(np.ptp(breath.within_beats(beat))), locked / (breath.rate * beat)
 
-    indices = np.arange(len(means))
-    plateau = indices
-    for _ in range(3):
-        followed = median_filter(means[plateau], min(rules.level_beats, len(plateau)), mode="reflect")
-        level = means - np.interp(indices, plateau, followed)
-        middle, spread = _narrowest_quarter(level)
-        plateau = np.flatnonzero(np.abs(level - middle) <= rules.outlier_sd * spread)
-    return level - middle, rules.outlier_sd * spread
+
+def _by_phase(
+    reasons: list[Rejection], breaths: list[Breath], mean: float, no_breath: float, rules: VentilationRules
+) -> Expiration:
+    """Reject the beats that stand off the end at which breaths that repeat rest; none if they rest at neither."""
+    courses = [_course(breath, rules) for breath in breaths]
+    rests = _rests([levels for levels, *_ in courses], rules)
+    height, beats, rate = max((height, beats, breath.rate) for breath, (_, height, beats) in zip(breaths, courses))
+    findings = _said(rests, height, rate, rules.tells * mean)
+    if rests == "neither":
+        return Expiration(rests, findings=findings)
+    off = np.concatenate([breath.at(breath.time) - (levels.max() if rests == "upper" else levels.min())
+                          for breath, (levels, *_) in zip(breaths, courses, strict=True)])  # fmt: skip
+    near, error = rules.low_share * height, 0.0
+    if beats and np.mean(np.abs(off) < near) * beats < rules.plateau_beats:
+        error = rules.locked_error * height
+        locked = (LOCKED(beats=beats, height=height, error=error),)
+        findings += locked if height > rules.tells * mean else ()
+    used = _mark(reasons, off, max(near, no_breath))
+    lifted = float(off[used].mean()) if used.any() else 0.0
+    return Expiration(rests, float(np.hypot(error, 0.5 * lifted)), findings)
+
+
+def _mark(reasons: list[Rejection], off: np.ndarray, limit: float) -> np.ndarray:
+    """Reject beats further off than a limit; return which are left."""
+    for i in np.flatnonzero(np.abs(off) > limit):
+        reasons[i] = reasons[i] or _VENTILATION(off=float(off[i]))
+    return np.array([not reason for reason in reasons])
+
+
+def _by_level(
+    reasons: list[Rejection], time: np.ndarray, means: np.ndarray, no_breath: float, rules: VentilationRules
+) -> Expiration:
+    """Reject the beats off the level at which breaths that do not repeat rest, or off that of all beats.
+
+    End-expiration is a plateau: of the half of the levels at that end the narrowest interval with a quarter of all.
+    """
+    levels = means[[not reason for reason in reasons]]
+    low, high = np.percentile(levels, _RANGE)
+    breathes = high - low > 2.0 * no_breath and not _is_scatter(levels, rules)
+    rests = _rests([levels], rules) if breathes else ""
+    if rests in ("lower", "upper"):
+        middle, spread = _narrowest_quarter(np.sort(levels), upper=rests == "upper")
+        limit = rules.outlier_sd * spread
+    else:
+        middle = float(np.median(levels))
+        limit = rules.scatter_sd * 1.48 * float(np.median(np.abs(levels - middle)))  # times the SD of a normal
+    _mark(reasons, means - middle, max(limit, no_breath))
+    sides = np.digitize(levels, [low + (high - low) / 3, high - (high - low) / 3])
+    rate = float(np.sum(np.diff(sides[sides != 1]) > 0) / np.ptp(time))
+    return Expiration(rests, findings=_said(rests, float(high - low), rate, rules.tells * float(levels.mean())))
 
 
 def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
@@ -332,11 +344,14 @@ def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
     return float(shapiro(thinned).pvalue) > rules.normal_p
 
 
-def _narrowest_quarter(level: np.ndarray) -> tuple[float, float]:
-    """Return the middle of the narrowest interval with a quarter of the values, and the SD of a normal so narrow."""
-    ordered = np.sort(level)
+def _narrowest_quarter(ordered: np.ndarray, upper: bool) -> tuple[float, float]:
+    """Return the middle of the narrowest interval with a quarter of all values in one half of them, and its SD.
+
+    The SD is that of a normal distribution as narrow.
+    """
     count = max(2, (len(ordered) + 3) // 4)
-    widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
+    half = ordered[len(ordered) // 2 :] if upper else ordered[: (len(ordered) + 1) // 2]
+    count = min(count, len(half))
+    widths = half[count - 1 :] - half[: len(half) - count + 1]
     first = int(np.argmin(widths))
-    middle = 0.5 * (ordered[first] + ordered[first + count - 1])
-    return float(middle), 0.5 * float(widths[first]) / 0.319
+    return float(0.5 * (half[first] + half[first + count - 1])), 0.5 * float(widths[first]) / 0.319

@@ -1,12 +1,10 @@
 """The pressure behind the vascular beds over one cycle: that of the left atrium, or of a wedged catheter."""
 
-import re
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding
 from vasowave.base.io.columns import read_columns
@@ -28,19 +26,6 @@ class Wedge(NamedTuple):
     mean: float
     pulsation: np.ndarray
     findings: tuple[Finding, ...]
-
-
-def is_wedge(title: str, unit: str) -> bool:
-    """Whether a column of this title, and unit if it has one, holds the pressure behind the beds.
-
-    Examples
-    --------
-    >>> from vasowave.catheter.read.wedge import is_wedge
-    >>> is_wedge("PCWP", "mmHg"), is_wedge("Keil", ""), is_wedge("wedge", "g")
-    (True, True, False)
-    """
-    plain = " ".join(re.findall(r"[^\W_]+", title.casefold()))
-    return plain in WEDGE_TITLES and (not unit or units.is_of(unit, "pressure"))
 
 
 def read_wedge(path: str | Path, period: float) -> Wedge:

@@ -16,8 +16,8 @@ from vasowave.base.io.columns import split_unit
 
 _MAX_MEDIAN_RATIO = 5.0
 """Ratio to the median: no weight or age of animals that one compares, but a slip of the decimal point."""
-BASELINE_WORDS = ("before", "pre", "baseline", "basal", "bl", "vorher", "vor", "prä", "basis", "ausgangswert", "avant",
-                  "antes", "prima", "voor")  # fmt: skip
+BASELINE_WORDS = ("before", "pre", "baseline", "base", "basal", "bl", "vorher", "vor", "prä", "basis", "ausgangswert",
+                  "avant", "antes", "prima", "voor")  # fmt: skip
 """Words for what comes first, of occasions and second factors: other levels are compared with it."""
 _MIN_WORD_SIMILARITY = 0.7  # share of letters that two words have in common where one is a slip
 

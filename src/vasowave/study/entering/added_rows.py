@@ -205,6 +205,7 @@ def name_animals(new: Sequence[AddedRow], taken: Sequence[str]) -> None:
         stem, folder = row.recorded.name, row.recorded.files[0].absolute().parent.name
         alike = stems.count(stem.casefold()) > 1 or plain_name(stem).casefold() in names
         name = plain_name(f"{folder} {stem}" if alike or is_occasion(stem) else stem)
+        name = plain_name(f"{stem} {row.recorded.sheet}") if alike and row.recorded.sheet else name
         numbered = (name if n == 1 else f"{name} ({n})" for n in range(1, len(names) + 2))
         row.cells["animal"] = next(candidate for candidate in numbered if candidate.casefold() not in names)
         names.add(row.cells["animal"].casefold())

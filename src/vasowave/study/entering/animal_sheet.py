@@ -5,18 +5,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from vasowave.base import units
 from vasowave.base.errors import InputError
 from vasowave.base.io.cells import GAPS
 from vasowave.base.io.columns import Columns, number, read_columns, split_unit
 from vasowave.catheter.read.subject_rows import sample_columns
-from vasowave.catheter.read.wedge import is_wedge
 from vasowave.catheter.signals.signal import ALIASES
 from vasowave.study.cohort.variables import without_case
 from vasowave.study.entering.grouping import is_reference, within, words
-from vasowave.study.folder.animal_columns import COLUMNS, FILES, REQUIRED_COLUMNS, WEDGE
+from vasowave.study.folder.animal_columns import COLUMNS, FILES, REQUIRED_COLUMNS
 from vasowave.study.folder.animals import columns_of
 from vasowave.study.folder.names import checked_name
+from vasowave.study.folder.synonyms import Understood, resembling_column, understood_title
 
 ANIMAL_WORDS = ("animal", "subject", "mouse", "rat", "pig", "rabbit", "dog", "tier", "maus", "ratte", "souris")
 """What titles call an animal."""
@@ -106,7 +105,7 @@ def animal_sheet(file: Path) -> AnimalSheet | None:
     keys = [row[column].strip() for row in table.cells]
     if not all(keys) or len(set(keys)) < len(keys):
         return None
-    table, taken = _with_wedge(table)
+    table, taken = _with_our_titles(table)
     titles, passed_over = _titles(file, table.names, table.units, column)
     rows = {key: {title: row[i].strip() for i, title in titles.items()} for key, row in zip(keys, table.cells)}
     rows, unified = _unified_groups(rows)
@@ -114,7 +113,9 @@ def animal_sheet(file: Path) -> AnimalSheet | None:
     if len(group_words) > _MAX_GROUPS or not all(map(_is_name, group_words)):
         rows = {key: {title: text for title, text in row.items() if title != "group"} for key, row in rows.items()}
         passed_over = (*passed_over, "group")
-    return AnimalSheet(file, rows, passed_over, (*taken, *unified))
+    alike = [f"'{title}' stays a column of your own, not {resembling}" for title in titles.values()
+             if title not in COLUMNS and (resembling := resembling_column(title))]  # fmt: skip
+    return AnimalSheet(file, rows, passed_over, (*taken, *alike, *unified))
 
 
 def _unified_groups(rows: Mapping[str, Mapping[str, str]]) -> tuple[dict[str, dict[str, str]], list[str]]:
@@ -129,38 +130,34 @@ def _unified_groups(rows: Mapping[str, Mapping[str, str]]) -> tuple[dict[str, di
             for key, row in rows.items()}, remarks  # fmt: skip
 
 
-def _with_wedge(table: Columns) -> tuple[Columns, tuple[str, ...]]:
-    """Return a table whose column of the pressure behind the beds is called as a study calls it, and what to say."""
-    pairs = [_with_unit(*pair) for pair in zip(table.names, table.units, strict=True)]
-    wedge, mmhg = split_unit(WEDGE)
-    called = [i for i, pair in enumerate(pairs) if is_wedge(*pair)]
-    column = min(called, key=lambda i: pairs[i][0] != wedge, default=None)  # 'wedge' itself before 'LAP'
-    if column is None:
-        return table, ()
-    unit = pairs[column][1]
-    names, unit_names, cells = ([*row] for row in (table.names, table.units, table.cells))
-    names[column], unit_names[column] = wedge, mmhg
-    scale = units.factor(unit or mmhg, "pressure")
-    cells = [(*row[:column], _scaled(row[column], scale), *row[column + 1 :]) for row in table.cells]
-    title = f"'{(table.titles or table.names)[column].strip()}' was taken for {WEDGE}"
-    taken = () if pairs[column] == (wedge, mmhg) else (title if unit else f"{title}, as it names no unit",)
-    return replace(table, names=tuple(names), units=tuple(unit_names), cells=tuple(cells)), taken
+def _with_our_titles(table: Columns) -> tuple[Columns, tuple[str, ...]]:
+    """Return a table whose columns of other titles or units are called as a study calls them, and what to say."""
+    written = [title.strip() for title in table.titles or table.names]
+    names, unit_names, cells = ([*row] for row in (table.names, table.units, zip(*table.cells, strict=True)))
+    pairs = [*zip(names, unit_names, strict=True)]
+    meant = {i: understood_title(*pair, cells[i]) for i, pair in enumerate(pairs)}
+    said, used = [], set[str]()
+    exact = [column is not None and pairs[i][0] == split_unit(column.column)[0] for i, column in meant.items()]
+    for i, column in sorted(meant.items(), key=lambda entry: not exact[entry[0]]):
+        if column is None or column.column in used:  # of 'wedge' and 'LAP' the first
+            continue
+        used.add(column.column)
+        names[i], unit_names[i] = split_unit(column.column)
+        if pairs[i] != (names[i], unit_names[i]):
+            said.append(f"'{written[i]}' was taken for {column}")
+        cells[i] = tuple(_converted(text, column) for text in cells[i])
+    rows = tuple(zip(*cells, strict=True))
+    return replace(table, names=tuple(names), units=tuple(unit_names), cells=rows), tuple(said)
 
 
-def _with_unit(name: str, unit: str) -> tuple[str, str]:
-    """Return a name and its unit, which may be its last word: ``pcwp mmhg``."""
-    head, _, last = name.rpartition(" ")
-    return (head, last) if head and not unit and units.is_of(last, "pressure") else (name, unit)
-
-
-def _scaled(text: str, scale: float) -> str:
-    """Return the text of a number times a factor; other text as it is, but for words that say that there is none."""
+def _converted(text: str, column: Understood) -> str:
+    """Return the text of a number in a column's unit; other text as it is, but for words for no number."""
     if text.strip().upper() in GAPS:
         return ""
     try:
-        return f"{scale * number(text):.6g}"
+        return f"{column.factor * number(text) + column.offset:.6g}"
     except ValueError:  # which is refused: who mends it must know that it is in another unit
-        return text if scale == 1 else f"{text} times {scale:.4g}"
+        return text if column.factor == 1 else f"{text} times {column.factor:.4g}"
 
 
 def _titles(

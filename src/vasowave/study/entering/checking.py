@@ -22,6 +22,7 @@ from vasowave.pulse.model.laws import find_bed, find_law
 from vasowave.pulse.model.nominal import Nominal, estimate_nominal
 from vasowave.pulse.quantities import INDICES, QUANTITIES, question_of
 from vasowave.study.animal.animal import Animal, Settings
+from vasowave.study.entering.breath_ends import different_breaths
 from vasowave.study.entering.table import read_rows
 from vasowave.study.folder.animals import read_half_row
 from vasowave.study.folder.designing import understood
@@ -165,6 +166,7 @@ def check_study(path: Path) -> Checked:
             problems.append(unreadable(error, place, row.files.values()))
     problems += _unwedged(study)
     problems += _half_known(study)
+    problems += _breaths(study, {row.animal: loaded.animal.recording for row, loaded in animals})
     problems += _once([*doubled_animals(study), *_alike(study, animals), *_of_one_recording(study, animals)])
     return Checked(one_per_cause(problems), read, named.settings, design)
 
@@ -178,6 +180,14 @@ def _unwedged(study: Study) -> list[StudyProblem]:
     if study.animals and not wedged and species in _WEDGED_SPECIES and study.settings.site == PULMONARY:
         return [StudyProblem(WEDGE_OF_NONE(species=species).placed(place))]
     return []
+
+
+def _breaths(study: Study, recordings: dict[str, Recording]) -> list[StudyProblem]:
+    """Return what is to be said where pressures are averaged at different parts of the breath."""
+    column = study.settings.design.subject
+    subjects = {row.animal: row.lab_cells.get(column or "", row.animal) for row in study.animals}
+    place = Place(str(study.table), part="column 'recording'")
+    return [StudyProblem(finding.placed(place)) for finding in different_breaths(recordings, subjects)]
 
 
 class _Loaded(NamedTuple):

@@ -157,11 +157,12 @@ def _with_common_beginning(levels: Sequence[str]) -> list[str]:
 def _marks(names: Sequence[Sequence[str]], place: int) -> list[_Mark | None]:
     """Return the occasion of each recording at a place, or else that of a file that is called after the first one.
 
-    Folders beside one that is called after the first occasion and nothing else are occasions, whatever they are called.
+    Beside names that tell the first occasion, what others have more than their animals is an occasion, too. So are
+    folders beside one that is called after the first occasion and nothing else, whatever they are called.
     """
     marks = [_mark(of_file[place], place) if place < len(of_file) else None for of_file in names]
     if place == 0:
-        return marks
+        return _beside_first(names, marks)
     parents = {tuple(of_file[place + 1 :]) for of_file, mark in zip(names, marks, strict=True)
               if mark and not mark.remainder and mark.level in BASELINE_WORDS}  # fmt: skip
     return [
@@ -169,6 +170,34 @@ def _marks(names: Sequence[Sequence[str]], place: int) -> list[_Mark | None]:
         else mark or _of_first(of_file[0])
         for of_file, mark in zip(names, marks, strict=True)
     ]  # fmt: skip
+
+
+def _beside_first(names: Sequence[Sequence[str]], marks: Sequence[_Mark | None]) -> list[_Mark | None]:
+    """Return the marks, and those of files called like an animal at the first occasion and some word: ``R1 drug``.
+
+    The word stands beside two animals or more, or beside one that has no other recording than the first.
+    """
+    first = {(*of_file[1:], mark.remainder) for of_file, mark in zip(names, marks, strict=True)
+             if mark and mark.level in BASELINE_WORDS and words(_NO_ANIMAL.sub(" ", mark.remainder))}  # fmt: skip
+    longest_first = sorted(first, key=lambda called: len(called[-1]), reverse=True)
+    found = [mark or next(filter(None, (_beside(of_file, called) for called in longest_first)), None)
+             for of_file, mark in zip(names, marks, strict=True)]  # fmt: skip
+    animals_of = Counter(level for level, _ in {(mark.level, _key(mark.remainder)) for mark in found if mark})
+    several = {level for level, count in animals_of.items() if count > 1 and level not in BASELINE_WORDS}
+    followed = {_key(mark.remainder) for mark in found if mark and mark.level in several}
+    return [told or (mark if mark and (mark.level in several or _key(mark.remainder) not in followed) else None)
+            for told, mark in zip(marks, found, strict=True)]  # fmt: skip
+
+
+def _beside(of_file: Sequence[str], called: Sequence[str]) -> _Mark | None:
+    """Return what a name says beside that of an animal, which stands in the same folders; None without a word."""
+    name, animal = (_NO_ANIMAL.sub(" ", text) for text in (of_file[0], called[-1]))
+    last = r"\d" if animal.rstrip(" _-.")[-1:].isdigit() else r"[^\W\d_]"
+    hit = re.search(r"(?<![^\W_])" + r"[\W_]*".join(map(re.escape, words(animal))) + f"(?!{last})", name, re.IGNORECASE)
+    if hit is None or tuple(of_file[1:]) != tuple(called[:-1]):
+        return None
+    level = " ".join(re.sub(r"[\s_]+", " ", name[: hit.start()] + " " + name[hit.end() :]).strip(" -.,").split())
+    return _Mark(level.casefold(), "", hit[0], 0) if any(map(str.isalpha, level)) else None
 
 
 def _of_first(name: str) -> _Mark | None:

@@ -92,6 +92,8 @@ class Recorded(NamedTuple):
         Of a table with a row a subject, as it is written there.
     beside_others : bool
         Whether the file holds other animals too, so that the channel of its pressure tells it from them.
+    sheet : str
+        Of a workbook the sheet that was named; empty if none was.
     """
 
     name: str
@@ -103,6 +105,7 @@ class Recorded(NamedTuple):
     titles: tuple[str, ...] = ()
     subject_row: str = ""
     beside_others: bool = False
+    sheet: str = ""
 
     @property
     def in_file(self) -> str:
@@ -228,7 +231,8 @@ def sort_files(files: Iterable[Path], choosing: Choosing = Choosing()) -> Sorted
     for half, file in alone:
         missing = "flow" if half == "pressure" else "pressure"
         refused.append(f"{file}: holds the {half} of a cycle alone; the file of its {missing} is not among these")
-    recordings += joined
+    recordings = [recorded._replace(sheet=choosing.sheet) if recorded.files[0].suffix.lower() in WORKBOOKS else recorded
+                  for recorded in [*recordings, *joined]]  # fmt: skip
     return Sorted(tuple(networks), tuple(recordings), tuple(refused), sheets=tuple(sheets), texts=tuple(texts))
 
 

@@ -16,15 +16,15 @@ from vasowave.base.errors import InputError, did_you_mean
 from vasowave.base.findings import NOWHERE, Finding, Place, error_kind, look_kind
 from vasowave.base.io.columns import Columns, NoRowsError, number, read_columns, split_unit
 from vasowave.base.sites import PULMONARY, SITES
-from vasowave.catheter.read.wedge import is_wedge
 from vasowave.pulse.inference.known_errors import SHARED_SOURCES, KnownErrors
 from vasowave.pulse.model.blood import relative_to_usual
 from vasowave.study.animal.result import TIDY_COLUMNS
 from vasowave.study.cohort.variables import ALONE, GAPS, MISSPELT, Variable, likely_word
-from vasowave.study.folder.animal_columns import COLUMNS, ERRORS, FILES, NUMBERS, REQUIRED_COLUMNS, WEDGE
+from vasowave.study.folder.animal_columns import COLUMNS, ERRORS, FILES, NUMBERS, REQUIRED_COLUMNS
 from vasowave.study.folder.names import checked_name
 from vasowave.study.folder.problems import UNREADABLE, StudyProblem, unreadable
 from vasowave.study.folder.rows import AnimalRow
+from vasowave.study.folder.synonyms import understood_title
 
 _MIN_TITLE_SIMILARITY = 0.8  # share of letters in common with a title from which another is a slip
 _MIN_CELL_VALUE, _MAX_CELL_VALUE = 1e-12, 1e12  # beyond what any number of the table can be in its unit
@@ -221,8 +221,9 @@ def columns_of(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str,
         plain, location = title.lower(), f"header, column '{title}'"
         if plain not in standard_titles:
             name = split_unit(title)[0]
-            if is_wedge(*split_unit(title)):
-                problems.append(UNKNOWN_COLUMN(hint=f" (did you mean '{WEDGE}'?)").at(str(path), part=location))
+            if meant := understood_title(*split_unit(title)):
+                hint = f" (did you mean '{meant.column}'?)"
+                problems.append(UNKNOWN_COLUMN(hint=hint).at(str(path), part=location))
             elif matches := get_close_matches(name.lower(), plainly, n=1, cutoff=_MIN_TITLE_SIMILARITY):
                 hint = f" (did you mean '{plainly[matches[0]]}'?)"
                 problems.append(UNKNOWN_COLUMN(hint=hint).at(str(path), part=location))

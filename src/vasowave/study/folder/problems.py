@@ -7,6 +7,9 @@ from pathlib import Path
 
 from vasowave.base.errors import InputError, VasowaveError
 from vasowave.base.findings import ITSELF, NOWHERE, OTHER, Finding, Place, Severity, error_kind, sentence
+from vasowave.study.report.wording import some_of
+
+_MAX_NAMES = 3  # animals with the same problem, in a sentence
 
 UNREADABLE = error_kind("study.unreadable", "{text}", ITSELF)
 """An error of what reads a file or a word: its text says what to do, and it brings its cures."""
@@ -49,7 +52,9 @@ class StudyProblem:
         return self.finding.severity is Severity.ERROR
 
     def __str__(self) -> str:
-        lines = f" (the same in line{'s' if len(self.same) > 1 else ''} {', '.join(map(str, self.same))})"
+        names = some_of([name for name in self.animals if name != self.place.animal], _MAX_NAMES)
+        at_lines = f"line{'s' if len(self.same) > 1 else ''} {', '.join(map(str, self.same))}"
+        lines = f" (the same in {': '.join(filter(None, (at_lines, names)))})"
         return ": ".join(filter(None, (str(self.place), sentence(self.finding)))) + (lines if self.same else "")
 
 
