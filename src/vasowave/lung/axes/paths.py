@@ -18,6 +18,9 @@ from vasowave.lung.tree import Line
 BALL, MARGIN = 1.5, 2.5
 """A tip counts as long if it protrudes from all balls of BALL inscribed radii + MARGIN voxels around longer paths."""
 
+LONG = 2.5
+"""Twigs that are shorter, radii of the path that they leave, may be horns of the lumen beside a clot."""
+
 END = 2.0
 """The end of a vessel reaches so many radii from its tip."""
 
@@ -199,22 +202,27 @@ def require_slender(paths: MinimalPaths, tips: Sequence[int]) -> None:
 
 
 def long_tips(paths: MinimalPaths) -> list[int]:
-    """Return the tips that protrude from the inscribed balls of all longer paths, the farthest first."""
+    """Return the tips that protrude from the inscribed balls of all longer paths, the farthest first.
+
+    A twig is long if it goes on for LONG radii of where it leaves the longer path: `tips_outside` judges others.
+    """
     tree = cKDTree(paths.voxels)
     free = (paths.travelled >= 0) & ~end_around(paths, paths.start)
     visited = np.zeros(len(free), dtype=bool)
     visited[paths.start] = True
-    tips = []
+    tips: list[int] = []
     for tip in np.argsort(paths.travelled)[::-1]:
         if not free[tip]:
             continue
-        tips.append(int(tip))
-        path = []
-        while not visited[tip]:
-            visited[tip] = True
-            path.append(tip)
-            tip = paths.above[tip]
+        path, point = [], tip
+        while not visited[point]:
+            path.append(point)
+            point = paths.above[point]
         for neighbor in tree.query_ball_point(paths.voxels[path], BALL * paths.depth[path] + MARGIN):
             free[neighbor] = False
+        if tips and paths.travelled[tip] - paths.travelled[point] < LONG * paths.depth[point]:
+            continue
+        visited[path] = True
+        tips.append(int(tip))
         free &= ~end_around(paths, tips[-1])
     return tips
