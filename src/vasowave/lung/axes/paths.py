@@ -19,7 +19,8 @@ BALL, MARGIN = 1.5, 2.5
 """A tip counts as long if it protrudes from all balls of BALL inscribed radii + MARGIN voxels around longer paths."""
 
 LONG = 2.5
-"""Twigs that are shorter, radii of the path that they leave, may be horns of the lumen beside a clot."""
+"""Twigs that are shorter, radii of the path that they leave, may be horns of the lumen beside a clot: `tips_outside`
+judges them."""
 
 END = 2.0
 """The end of a vessel reaches so many radii from its tip."""
@@ -202,27 +203,38 @@ def require_slender(paths: MinimalPaths, tips: Sequence[int]) -> None:
 
 
 def long_tips(paths: MinimalPaths) -> list[int]:
-    """Return the tips that protrude from the inscribed balls of all longer paths, the farthest first.
-
-    A twig is long if it goes on for LONG radii of where it leaves the longer path: `tips_outside` judges others.
-    """
+    """Return the tips that protrude from the inscribed balls of all longer paths, the farthest first."""
     tree = cKDTree(paths.voxels)
     free = (paths.travelled >= 0) & ~end_around(paths, paths.start)
     visited = np.zeros(len(free), dtype=bool)
     visited[paths.start] = True
-    tips: list[int] = []
+    tips = []
     for tip in np.argsort(paths.travelled)[::-1]:
         if not free[tip]:
             continue
-        path, point = [], tip
-        while not visited[point]:
-            path.append(point)
-            point = paths.above[point]
+        tips.append(int(tip))
+        path = []
+        while not visited[tip]:
+            visited[tip] = True
+            path.append(tip)
+            tip = paths.above[tip]
         for neighbor in tree.query_ball_point(paths.voxels[path], BALL * paths.depth[path] + MARGIN):
             free[neighbor] = False
-        if tips and paths.travelled[tip] - paths.travelled[point] < LONG * paths.depth[point]:
-            continue
-        visited[path] = True
-        tips.append(int(tip))
         free &= ~end_around(paths, tips[-1])
     return tips
+
+
+def without_horns(paths: MinimalPaths, tips: Sequence[int]) -> list[int]:
+    """Return those of `tips`, the farthest first, whose twigs go on for LONG radii of where they leave longer ones."""
+    on_path = np.zeros(len(paths.above), dtype=bool)
+    on_path[paths.start] = True
+    long = []
+    for tip in tips:
+        twig, point = [], tip
+        while not on_path[point]:
+            twig.append(point)
+            point = int(paths.above[point])
+        if not long or paths.travelled[tip] - paths.travelled[point] >= LONG * paths.depth[point]:
+            on_path[twig] = True
+            long.append(tip)
+    return long
