@@ -105,7 +105,9 @@ def test_walls_that_an_image_cannot_show_are_a_common_error_and_named_where_they
 
 
 @pytest.mark.parametrize(("level", "widening"), [(0.0, 0.0), (0.22, 0.023), (0.4, 0.041)])
-def test_walls_that_only_blur_the_edges_are_an_error_of_all_radii(level, widening):
+def test_walls_that_only_blur_the_edges_are_taken_off_as_far_as_they_show_and_else_an_error_of_all_radii(
+    level, widening
+):
     radii, fine = np.array([8.0, 7.0, 6.0, 5.0, 4.0]), (np.arange(160 * 4) + 0.5) / 4 - 0.5
     middles = np.array([16.3, 49.1, 80.6, 110.2, 137.4])
     y, x = np.meshgrid(fine, fine[: 34 * 4], indexing="ij")
@@ -126,12 +128,9 @@ def test_walls_that_only_blur_the_edges_are_an_error_of_all_radii(level, widenin
         for middle, radius in zip(middles, radii, strict=True)
     ]
     measured = measured_in(Tree(tuple(lines), np.arange(5) - 1), volume)
-    faults = fault_doubts(measured, volume, segment(volume, 100.0))
-    doubts, common = [fault.doubt for fault in faults], max((fault.common_sd for fault in faults), default=0.0)
     error = measured.network.radius / (VOXEL * radii) - 1
-    assert np.median(error) == pytest.approx(widening, abs=0.006)
-    assert [doubt.finding.code for doubt in doubts] == (["image.hidden-walls"] if level else [])
-    assert (np.abs(error) < 2 * np.hypot(common, 0.006)).all()
+    assert -0.006 < np.median(error) < 0.8 * widening + 0.006
+    assert (np.abs(error) < 2 * np.hypot(measured.grey.hidden_wall, 0.006)).all()
 
 
 def test_the_shadow_of_a_kernel_is_named_and_radii_are_those_of_the_edges():

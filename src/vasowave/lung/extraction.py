@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from vasowave.lung.entrances import (
     root_wanted,
 )
 from vasowave.lung.kept.profiles import Profiles
-from vasowave.lung.kept.stages import Stages, image_key, keys_of, volume_key
+from vasowave.lung.kept.stages import Keys, Stages, image_key, keys_of, volume_key
 from vasowave.lung.lumen.inclusions import without_inclusions
 from vasowave.lung.lumen.segmentation import Segmentation
 from vasowave.lung.lumen.strangers import without_strangers
@@ -44,7 +44,7 @@ from vasowave.lung.places import VoxelSize, written, written_in_the_world
 from vasowave.lung.read.files import read_volume
 from vasowave.lung.read.plausible import require_plausible
 from vasowave.lung.read.volume import Volume, is_cubic, isotropic
-from vasowave.lung.revise.edits import Edit, edited, edited_alike, with_radii
+from vasowave.lung.revise.edits import edited, edited_alike, with_radii
 from vasowave.lung.revise.junctions import with_junctions_at
 from vasowave.lung.revise.parts import scaled, wanted_part
 from vasowave.lung.supplied import Given, given
@@ -185,80 +185,160 @@ def _extracted(
     return replace(extraction, source=None if isinstance(source, Volume) else Path(source))
 
 
+class _Ground(NamedTuple):
+    """What all stages after the lumen stand on; places along the image's axes, the volume without dark inclusions."""
+
+    volume: Volume
+    inputs: Given
+    lumen: Segmentation
+    root: np.ndarray
+    options: Options
+    stages: Stages
+    keys: Keys
+
+
+class _Axes(NamedTuple):
+    """The vessels before and after edits, and the line of the cannula if there is one."""
+
+    settled: Settled
+    tree: Tree
+    cannula: Line | None
+
+
 def _found_in(image: Volume, key: str, options: Options, report: Callable[[str], None], stages: Stages) -> Extraction:
     """Return the extraction without its source; all is computed along the image's axes, and turned at the end."""
+    ground = _grounded(image, key, options, report, stages)
+    loops = _loops(ground)
+    report("axes")
+    axes = _axes(ground)
+    report("radii")
+    profiler = Profiles(stages.stored("profiles", ground.keys.profiles))
+    measured = measured_in(axes.tree, ground.volume, profiler, profiler.beside)
+    scale = 1.0 if axes.cannula is None else scale_of(axes.cannula, ground.volume, options.cannula / 2)
+    check_root(measured.network, scale, options.cannula / 2, options.species)
+    report("uncertainty")
+    alternatives = _alternatives(ground, axes)
+    skeleton, surface = stages.kept("witness", ground.keys.witness, lambda: _witness(ground.lumen, ground.root))
+    axes = _settled_again(ground, axes, surface, profiler)
+    measured = with_spread(measured, alternatives, _open_sd(ground, axes, profiler), ground.volume, profiler)
+    measured = with_radii(measured, ground.inputs.edits)
+    stages.keep("profiles", ground.keys.profiles, profiler.used)
+    report("witness")
+    misfit = surface_misfit(measured.tree, measured.network.radius, surface, ground.lumen.spacing)
+    doubts = _doubts_of_tree(ground, axes, measured, misfit, skeleton, loops)
+    measured, doubts_of_image = _with_faults(ground, axes, measured)
+    return _in_the_world(ground, image, measured, scale, misfit, (*doubts, *doubts_of_image))
+
+
+def _grounded(image: Volume, key: str, options: Options, report: Callable[[str], None], stages: Stages) -> _Ground:
+    """Return the lumen in cubes, without strangers and inclusions, and the root."""
     volume = image if is_cubic(image) else stages.kept("cubes", key, lambda: isotropic(image))
     inputs = given(image, volume, options)
     report("lumen")
     lumen = stages.kept("lumen", keys_of(key, inputs, options).lumen, lambda: _lumen(inputs, options))
-    rooted_inputs = _entered(inputs, lumen, options)  # it leaves the lumen as it is, and so its key
-    keys = keys_of(key, rooted_inputs, options)
+    inputs = _entered(inputs, lumen, options)  # it leaves the lumen as it is, and so its key
     if options.mask is None:
-        lumen = without_strangers(lumen, volume.grey.shape, rooted_inputs.root)
+        lumen = without_strangers(lumen, volume.grey.shape, inputs.root)
     volume = without_inclusions(volume, lumen.mask, lumen.corner, lumen.inclusions)
-    root = np.asarray(rooted_inputs.root)
+    return _Ground(volume, inputs, lumen, np.asarray(inputs.root), options, stages, keys_of(key, inputs, options))
+
+
+def _loops(ground: _Ground) -> np.ndarray:
+    """Return where the lumen's rings are thinnest, see `told_loops`."""
+    inputs, options = ground.inputs, ground.options
     level_set = options.method == "threshold" and options.mask is None
-    loops = stages.kept(
-        "loops", keys.loops, lambda: told_loops(lumen, options.loops, rooted_inputs.outlets is not None, level_set)
+    return ground.stages.kept(
+        "loops",
+        ground.keys.loops,
+        lambda: told_loops(ground.lumen, options.loops, inputs.outlets is not None, level_set),
     )
-    report("axes")
-    settled_tree, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, rooted_inputs, options))
-    unedited, tree = settled_tree.tree, edited(settled_tree.tree, rooted_inputs.edits)
-    report("radii")
-    profiler = Profiles(stages.stored("profiles", keys.profiles))
-    measured = measured_in(tree, volume, profiler, profiler.beside)
-    scale = 1.0 if cannula is None else scale_of(cannula, volume, options.cannula / 2)
-    check_root(measured.network, scale, options.cannula / 2, options.species)
-    report("uncertainty")
-    inside = deepest_near(lumen, root)  # a place near the wall is outside the lumen at a higher threshold
-    alternatives = stages.kept(
+
+
+def _axes(ground: _Ground) -> _Axes:
+    """Return the vessels, as they were found and edited."""
+    settled_tree, cannula = ground.stages.kept("axes", ground.keys.axes, lambda: _tree(ground))
+    return _Axes(settled_tree, edited(settled_tree.tree, ground.inputs.edits), cannula)
+
+
+def _alternatives(ground: _Ground, axes: _Axes) -> tuple[Elsewhere, ...]:
+    """Return the tree at the other thresholds, after its edits."""
+    inputs, unedited = ground.inputs, axes.settled.tree
+    inside = deepest_near(ground.lumen, ground.root)  # a place near the wall is outside the lumen at a higher threshold
+    alternatives = ground.stages.kept(
         "elsewhere",
-        keys.elsewhere,
-        lambda: elsewhere(unedited, volume, inside, options.threshold, rooted_inputs.segmenter),
+        ground.keys.elsewhere,
+        lambda: elsewhere(unedited, ground.volume, inside, ground.options.threshold, inputs.segmenter),
     )
-    skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
-    if tree is not unedited:
-        settled_tree = settled_before(tree, settled_tree, surface, lumen.spacing, lumen.roughness, profiler.recalled)
-    begin_sd = 0.0
-    if cannula is not None:
-        begins = cannula, unedited.lines[unedited.root]
-        begin_sd = profiler.recalled(("tip", *begins), lambda: tip_sd(*begins, volume))
-    open_sd = np.hypot(settled_tree.open_sd, begin_sd * (np.arange(len(tree)) == tree.root))
-    measured = with_spread(
-        measured, _edited_too(unedited, alternatives, rooted_inputs.edits), open_sd, volume, profiler
-    )
-    measured = with_radii(measured, rooted_inputs.edits)
-    stages.keep("profiles", keys.profiles, profiler.used)
-    report("witness")
-    all_ends = rooted_inputs.outlets is None and not rooted_inputs.edits
-    misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
-    ends = None if all_ends else np.array([tree.lines[row].points[-1] for row in tree.terminals])
+    _, *after = edited_alike((unedited, *(alternative.tree for alternative in alternatives)), inputs.edits)
+    return tuple(replace(alternative, tree=tree) for alternative, tree in zip(alternatives, after, strict=True))
+
+
+def _settled_again(ground: _Ground, axes: _Axes, surface: np.ndarray, profiler: Profiles) -> _Axes:
+    """Return the `axes` whose edited junctions are settled as the others are."""
+    tree, unedited, lumen = axes.tree, axes.settled, ground.lumen
+    if tree is unedited.tree:
+        return axes
+    settled_tree = settled_before(tree, unedited, surface, lumen.spacing, lumen.roughness, profiler.recalled)
+    return axes._replace(settled=replace(settled_tree, tree=unedited.tree))
+
+
+def _open_sd(ground: _Ground, axes: _Axes, profiler: Profiles) -> np.ndarray:
+    """Return the SD of the lengths for where vessels meet, and where the root leaves the cannula, cm."""
+    begin_sd, unedited = 0.0, axes.settled.tree
+    if axes.cannula is not None:
+        begins = axes.cannula, unedited.lines[unedited.root]
+        begin_sd = profiler.recalled(("tip", *begins), lambda: tip_sd(*begins, ground.volume))
+    return np.hypot(axes.settled.open_sd, begin_sd * (np.arange(len(axes.tree)) == axes.tree.root))
+
+
+def _doubts_of_tree(
+    ground: _Ground, axes: _Axes, measured: Measurement, misfit: np.ndarray, skeleton: Thinned, loops: np.ndarray
+) -> tuple[Doubt, ...]:
+    """Return what speaks against the vessels."""
+    all_ends, names = ground.inputs.outlets is None and not ground.inputs.edits, measured.network.name
+    ends = None if all_ends else np.array([axes.tree.lines[row].points[-1] for row in axes.tree.terminals])
     branches = skeleton_branches(skeleton, ends)
-    doubts = doubts_about(measured, lumen, branches, misfit, settled_tree.place_sd, all_ends)
-    doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
-    doubts += tuple(apart_doubts(measured.tree, measured.network.name, lumen))
-    levels = stages.kept("grey", keys.grey, lambda: grey_look(unedited, volume, lumen, cannula, options.cannula / 2))
+    return (
+        *doubts_about(measured, ground.lumen, branches, misfit, axes.settled.place_sd, all_ends),
+        *loop_doubts(measured.tree, names, loops),
+        *apart_doubts(measured.tree, names, ground.lumen),
+    )
+
+
+def _with_faults(ground: _Ground, axes: _Axes, measured: Measurement) -> tuple[Measurement, list[Doubt]]:
+    """Return `measured` with the errors that systematic faults of the image leave, and what speaks against it."""
+    lumen, volume, known_radius = ground.lumen, ground.volume, ground.options.cannula / 2
+    levels = ground.stages.kept(
+        "grey", ground.keys.grey, lambda: grey_look(axes.settled.tree, volume, lumen, axes.cannula, known_radius)
+    )
     measured = with_wider_radii(measured, inclusion_shares(measured, lumen) / 2)
     faults = fault_doubts(measured, volume, lumen)
     fault_codes = [fault.doubt.finding.code for fault in faults]
     of_scale = grey_doubts(levels, measured.network.name, fault_codes)
     faults = faults_beside(faults, bool(levels.offered)) if of_scale else faults
-    doubts += (*of_scale, *(fault.doubt for fault in faults))
     hidden_sd = 0.0 if measured.grey is None else measured.grey.hidden_wall
     common_sd = max([hidden_sd, *(fault.common_sd for fault in faults)])
     measured = with_common_error(measured, max(common_sd, common_to_radii(levels, fault_codes)))
-    factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
+    return measured, [*of_scale, *(fault.doubt for fault in faults)]
+
+
+def _in_the_world(
+    ground: _Ground, image: Volume, measured: Measurement, scale: float, misfit: np.ndarray, doubts: tuple[Doubt, ...]
+) -> Extraction:
+    """Return the part that is wanted, as it lies in the world, and warn of its doubts."""
+    options, world = ground.options, image.frame.world
+    factor = scale if options.scale == "cannula" else 1.0
     measured = replace(measured, tree=measured.tree.moved(world))
     full_measurement = scaled(with_junctions_at(measured, options.junction), factor)
     selection = wanted_part(full_measurement, options.generations, options.vessels, options.min_radius)
-    relevant_doubts = (
-        doubt for doubt in doubts if not doubt.vessels or set(doubt.vessels) & set(selection.network.name)
-    )
+    names = selection.network.name
+    relevant_doubts = (doubt for doubt in doubts if not doubt.vessels or set(doubt.vessels) & set(names))
     doubts = ranked((replace(doubt, places=world(doubt.places)) for doubt in relevant_doubts), measured.network)
     warn_of(doubts)
-    misfit = misfit[[measured.network.name.index(name) for name in selection.network.name]]
+    misfit = misfit[[measured.network.name.index(name) for name in names]]
     selection = with_errors(filled_at(selection, options.pressure))
-    return Extraction(selection, scale, factor, lumen, image, None, world(root), options, misfit, doubts)
+    root = world(ground.root)
+    return Extraction(selection, scale, factor, ground.lumen, image, None, root, options, misfit, doubts)
 
 
 def _image(source: Volume | str | Path, voxel: VoxelSize | None, stages: Stages) -> tuple[Volume, str]:
@@ -288,12 +368,15 @@ def _lumen(inputs: Given, options: Options) -> Segmentation:
     return inputs.segmenter(inputs.volume, options.threshold, inputs.seed)
 
 
-def _tree(lumen: Segmentation, root: np.ndarray, inputs: Given, options: Options) -> tuple[Settled, Line | None]:
+def _tree(ground: _Ground) -> tuple[Settled, Line | None]:
     """Return the tree without its cannula, and the cannula's line if there is one."""
-    if inputs.outlets is not None:
-        require_reached(lumen, inputs.outlets)
-    settled_tree = tree_of(lumen, root, inputs.outlets)
-    tree, cannula = without_cannula(settled_tree.tree, inputs.volume) if options.cannula else (settled_tree.tree, None)
+    outlets = ground.inputs.outlets
+    if outlets is not None:
+        require_reached(ground.lumen, outlets)
+    settled_tree = tree_of(ground.lumen, ground.root, outlets)
+    tree, cannula = settled_tree.tree, None
+    if ground.options.cannula:
+        tree, cannula = without_cannula(tree, ground.inputs.volume)
     return replace(settled_tree, tree=tree), cannula
 
 
@@ -301,11 +384,3 @@ def _witness(lumen: Segmentation, root: np.ndarray) -> tuple[Thinned, np.ndarray
     """Return the skeleton of the lumen, and the points of its surface."""
     surface = surface_points(lumen)
     return thinned(lumen, root, surface), surface
-
-
-def _edited_too(tree: Tree, alternatives: tuple[Elsewhere, ...], edits: tuple[Edit, ...]) -> tuple[Elsewhere, ...]:
-    """Return the tree at other thresholds after the edits of `tree`."""
-    _, *after = edited_alike((tree, *(alternative.tree for alternative in alternatives)), edits)
-    return tuple(
-        replace(alternative, tree=edited_tree) for alternative, edited_tree in zip(alternatives, after, strict=True)
-    )

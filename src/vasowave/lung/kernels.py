@@ -93,7 +93,8 @@ def encloses(mask):
 @kept
 @njit(**_OPTIONS)
 def enclosed_voxels(mask, voxels, stamps, reach_radii, min_directions, min_rim):
-    """Return the voxels outside `mask` that meet it in so many of 26 directions, a list of z, y, x, and their number.
+    """Return the voxels outside `mask` that meet it in so many of 26 directions, and at one end of each line at least,
+    a list of z, y, x, and their number.
 
     They are looked for from its surface on, within `reach_radii` of its mean radius, which is twice its voxels over
     their free faces; behind them in the list stands what meets it in `min_rim` directions, from those on.
@@ -116,7 +117,7 @@ def enclosed_voxels(mask, voxels, stamps, reach_radii, min_directions, min_rim):
             _queue_neighbors(enclosed[row], mask, stamps, stamp, waiting)
         while len(waiting):
             place = waiting.pop()
-            if _meets(place, mask, reach, 26 - directions):
+            if _meets(place, mask, reach, 26 - directions, stamp == 1):
                 enclosed.append(place)
                 stamps[place] = 3
                 _queue_neighbors(place, mask, stamps, stamp, waiting)
@@ -141,9 +142,11 @@ def _queue_neighbors(place, mask, stamps, stamp, waiting):
 
 
 @njit(**_OPTIONS)
-def _meets(place, mask, reach, max_misses):
-    """Whether all but `max_misses` of 26 directions from `place` meet `mask` within `reach`, voxels."""
-    misses = 0
+def _meets(place, mask, reach, max_misses, lines_too):
+    """Whether all but `max_misses` of 26 directions from `place` meet `mask` within `reach`, voxels; and `lines_too`
+    at one end at least, for clefts between vessels are open at both.
+    """
+    misses, is_open = 0, np.zeros(27, dtype=np.bool_)
     for direction in range(27):
         dz, dy, dx = direction // 9 - 1, direction // 3 % 3 - 1, direction % 3 - 1
         length = np.sqrt(dz * dz + dy * dy + dx * dx)
@@ -154,8 +157,9 @@ def _meets(place, mask, reach, max_misses):
             if met or not (0 <= z < mask.shape[0] and 0 <= y < mask.shape[1] and 0 <= x < mask.shape[2]):
                 break
             met = mask[z, y, x]
+        is_open[direction] = not met
         misses += not met
-        if misses > max_misses:
+        if misses > max_misses or (lines_too and not met and is_open[26 - direction]):
             return False
     return True
 

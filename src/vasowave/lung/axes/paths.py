@@ -18,6 +18,10 @@ from vasowave.lung.tree import Line
 BALL, MARGIN = 1.5, 2.5
 """A tip counts as long if it protrudes from all balls of BALL inscribed radii + MARGIN voxels around longer paths."""
 
+LONG = 2.5
+"""Twigs that are shorter, radii of the path that they leave, may be horns of the lumen beside a clot: `tips_outside`
+judges them."""
+
 END = 2.0
 """The end of a vessel reaches so many radii from its tip."""
 
@@ -218,3 +222,19 @@ def long_tips(paths: MinimalPaths) -> list[int]:
             free[neighbor] = False
         free &= ~end_around(paths, tips[-1])
     return tips
+
+
+def without_horns(paths: MinimalPaths, tips: Sequence[int]) -> list[int]:
+    """Return those of `tips`, the farthest first, whose twigs go on for LONG radii of where they leave longer ones."""
+    on_path = np.zeros(len(paths.above), dtype=bool)
+    on_path[paths.start] = True
+    long = []
+    for tip in tips:
+        twig, point = [], tip
+        while not on_path[point]:
+            twig.append(point)
+            point = int(paths.above[point])
+        if not long or paths.travelled[tip] - paths.travelled[point] >= LONG * paths.depth[point]:
+            on_path[twig] = True
+            long.append(tip)
+    return long

@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy import ndimage
-from scipy.sparse import coo_array, diags_array, eye_array
+from scipy.sparse import coo_array, diags_array
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
@@ -26,6 +26,10 @@ ROUND_EXCESS_VOXELS, MIN_STATIONS = 2.0, 10
 least so many voxels of a vessel exceeds it by more, the vessel is not round, and heights count from its own outline."""
 STIFF = 1000.0
 """How much less than a node's place a change of curvature counts: bumps shorter than some 20 voxels are smoothed."""
+DENT, DENTED_WEIGHT, SPANNED = 0.85, 0.01, 0.6
+"""Where a vessel is narrower than this share of a line through its wider half, a clot or a bubble dents it: its tube
+there is that of both sides, and its axis, which the dent moves, counts so much. The wider half has to span the last
+share of its length, else the vessel narrows."""
 
 
 def tips_outside(tree: Tree, paths: MinimalPaths) -> list[int]:
@@ -71,7 +75,8 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float, even: float) 
     height, wide = np.full(len(points), np.inf), np.zeros(len(points))
     station, begins = np.zeros(len(points), dtype=int), [0]
     for row, (line, stretch) in enumerate(zip(tree.lines, free_stretches(tree), strict=True)):
-        axis, radius = _calm(line.points), _tube_radius(line, stretch, row in tree.terminals)
+        radius, weight = _tube_radius(line, stretch, row in tree.terminals)
+        axis = _calm(line.points, weight)
         if tree.parent[row] < 0:
             axis, radius = _prolonged(axis[::-1], radius[::-1], spacing)
             axis, radius = axis[::-1], radius[::-1]
@@ -106,19 +111,30 @@ def _outline(ring: np.ndarray) -> float:
     return float(np.median(heights)) if len(heights) >= 2 * MIN_STATIONS else 0.0
 
 
-def _tube_radius(line: Line, stretch: tuple[float, float], is_end: bool) -> np.ndarray:
-    """Return the vessel's own radius along `line`: in its junctions, where balls are wider, that beside them.
+def _tube_radius(line: Line, stretch: tuple[float, float], is_end: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vessel's own radius along `line`: in its junctions, where balls are wider, and in dents that beside
+    them; and how much each point says of the axis.
 
     A path to the corner of a flat end leaves the axis two radii before it, so there, too, the radius before counts.
     """
     run = line.run
     free = (run > stretch[0]) & (run < stretch[1])
     if free.sum() < 3:
-        return np.full(len(line), _stub_radius(line))
+        return np.full(len(line), _stub_radius(line)), np.ones(len(line))
     well = free & (run < run[-1] - 2.5 * np.median(line.radius[free])) if is_end else free
     free = well if well.sum() >= 3 else free
     radius = ndimage.percentile_filter(line.radius[free], 35, size=min(int(free.sum()), 15), mode="nearest")
-    return np.interp(run, run[free], radius)
+    is_full = radius >= DENT * _line_above(run[free], radius)
+    weight = np.where(np.interp(run, run[free], is_full) < 1, DENTED_WEIGHT, 1.0)
+    return np.interp(run, run[free][is_full], radius[is_full]), weight
+
+
+def _line_above(run: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Return a line through the wider half of a vessel, of both sides of a dent; 0 where it lies on one side."""
+    is_wide = radius >= np.median(radius)
+    if np.ptp(run[is_wide]) < SPANNED * np.ptp(run):  # it narrows
+        return np.zeros(len(run))
+    return np.polyval(np.polyfit(run[is_wide], radius[is_wide], 1), run)
 
 
 def _stub_radius(line: Line) -> float:
@@ -133,9 +149,10 @@ def _prolonged(axis: np.ndarray, radius: np.ndarray, spacing: float) -> tuple[np
     return np.concatenate([axis, added]), np.append(radius, np.full(len(steps), radius[-1]))
 
 
-def _calm(axis: np.ndarray) -> np.ndarray:
+def _calm(axis: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """Return `axis` without the bulge that a vessel still missing beside it makes; arcs stay as they are."""
     if len(axis) < 4:
         return axis
     bends = diags_array([-1.0, 3.0, -3.0, 1.0], offsets=(0, 1, 2, 3), shape=(len(axis) - 3, len(axis)))
-    return np.asarray(spsolve((eye_array(len(axis)) + STIFF * bends.T @ bends).tocsc(), axis))
+    matrix = (diags_array(weight) + STIFF * bends.T @ bends).tocsc()
+    return np.asarray(spsolve(matrix, weight[:, None] * axis))

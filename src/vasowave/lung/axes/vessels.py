@@ -13,7 +13,15 @@ from vasowave.lung.axes.junctions import (
     with_met_axes,
     without_short_vessels,
 )
-from vasowave.lung.axes.paths import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to, require_slender
+from vasowave.lung.axes.paths import (
+    MinimalPaths,
+    long_tips,
+    minimal_paths,
+    outlet_tips,
+    paths_to,
+    require_slender,
+    without_horns,
+)
 from vasowave.lung.axes.protrusions import tips_outside
 from vasowave.lung.axes.skeleton import cut_at_junctions
 from vasowave.lung.axes.starts import Settled, settled
@@ -69,6 +77,7 @@ def _tips(paths: MinimalPaths) -> list[int]:
     """Return the tips of all vessels: the long ones, then what sticks out of their tubes, until nothing does."""
     tips = long_tips(paths)
     require_slender(paths, tips)
+    tips = without_horns(paths, tips)
     for _ in range(ROUNDS):
         new_tips = tips_outside(_to_surface(paths, tips), paths)
         if not new_tips:

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
-from scipy.special import i0e, stdtrit
+from scipy.special import i0e
 
 from vasowave.lung.measure.profiles import Profile
 
@@ -49,14 +49,16 @@ class EdgeRules:
         A shadow as deep is one of a kernel; a deeper one is of what lies beside the vessel, as fat or air.
     level_spread, width_spread, blur_spread : float
         Relative SD of a vessel's level, of its wall over the radius, and of its blur, about those of all vessels.
-    hidden_level, hidden_widths, max_hidden
-        Walls of this level and so many radii hide in blur if they raise chi² by less than the last number.
-    hidden_share : float
-        A wall too thin to be told from blur, as its level may be from 0.2 to 0.4, widens radii by this share of the
-        square root by which the variance of the blur grows with the squared radius.
-    min_hidden, min_hidden_vessels, min_hidden_range, hidden_confidence
-        What is believed of it: so large a share of the radius, seen in so many vessels, whose radii differ by so
-        large a share of the widest, with so high a confidence.
+    hidden_level, hidden_widths
+        Walls of this level and so many radii, from none to the first that never hides in blur.
+    hidden_chance : float
+        That a tree has such walls, before its vessels are looked at; all widths are as likely.
+    brighter : float
+        What so thin walls widen radii by, over what they do at that level: they may be as bright as 0.4.
+    max_hidden_vessels, min_hidden_radius
+        So many vessels tell of them, and so wide: thin ones show the blur without a wall.
+    blur_error, noise_factor : float
+        Of a vessel's blur, as a share of its variance; sections share their noise, which errors of levels do not know.
     step, blur_reach : float
         Of integrals over the distance from the axis, voxels; and how far they go, SD of the blur.
     """
@@ -86,13 +88,13 @@ class EdgeRules:
     width_spread: float = 0.25
     blur_spread: float = 0.1
     hidden_level: float = 0.25
-    hidden_widths: tuple[float, ...] = (0.1, 0.15, 0.2, 0.3)
-    max_hidden: float = 4.0
-    hidden_share: float = 0.67
-    min_hidden: float = 0.01
-    min_hidden_vessels: int = 4
-    min_hidden_range: float = 0.2
-    hidden_confidence: float = 0.9987
+    hidden_widths: tuple[float, ...] = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3)
+    hidden_chance: float = 0.4
+    brighter: float = 1.2
+    max_hidden_vessels: int = 12
+    min_hidden_radius: float = 2.5
+    blur_error: float = 0.01
+    noise_factor: float = 1.7
     step: float = 0.2
     blur_reach: float = 6.0
 
@@ -143,11 +145,18 @@ class _Bins(NamedTuple):
     contrast: float
 
 
+class HiddenWall(NamedTuple):
+    """Walls that are too thin to be told from blur: by what share they widen all radii, and the SD of that."""
+
+    widens: float = 0.0
+    sd: float = 0.0
+
+
 def second_edge(
     profiles: Sequence[Profile | None], radius: np.ndarray, aspect: np.ndarray, spacing: float
-) -> tuple[Edge | None, float]:
+) -> tuple[Edge | None, HiddenWall]:
     """Return what stands beside the lumen of the widest vessels, None where one rounded step explains their profiles;
-    and then by what share walls that hide in that step may widen all radii.
+    and then the walls that hide in that step.
 
     Parameters
     ----------
@@ -159,48 +168,45 @@ def second_edge(
     spacing : float
         Voxel size, cm.
     """
-    wide = [row for row in np.argsort(-np.nan_to_num(radius)).tolist() if radius[row] >= RULES.min_radius * spacing]
-    shown = ((row, _bins(profiles[row], float(radius[row]), spacing)) for row in wide)
-    pairs = [(row, bins) for row, bins in shown if bins is not None][: RULES.max_vessels]
-    vessels = [bins for _, bins in pairs]
-    if not vessels:
-        return None, 0.0
-    plain = _fitted(vessels, None)
-    if edge := _edge(vessels, plain):
-        return edge, 0.0
-    round_to = np.nan_to_num(aspect[[row for row, _ in pairs]], nan=1.0)
-    return None, max(_hidden(plain.x[0::4], plain.x[1::4], round_to), _not_excluded(vessels, plain))
+    least = min(RULES.min_radius, RULES.min_hidden_radius) * spacing
+    widest = [row for row in np.argsort(-np.nan_to_num(radius)).tolist() if radius[row] >= least]
+    shown = ((row, _bins(profiles[row], float(radius[row]), spacing)) for row in widest)
+    bins = {row: vessel for row, vessel in shown if vessel is not None}
+    wide = [vessel for vessel in bins.values() if vessel.radius >= RULES.min_radius][: RULES.max_vessels]
+    if not wide:
+        return None, HiddenWall()
+    if edge := _edge(wide, _fitted(wide, None)):
+        return edge, HiddenWall()
+    rows = list(bins)[: RULES.max_hidden_vessels]
+    sampling = [sections.sampling_blur / spacing**2 for row in rows if (sections := profiles[row]) is not None]
+    return None, _hidden([bins[row] for row in rows], np.nan_to_num(aspect[rows], nan=1.0), np.array(sampling))
 
 
-def _not_excluded(vessels: Sequence[_Bins], plain: OptimizeResult) -> float:
-    """Return what the thickest wall of soft tissue widens radii by that explains the profiles as one step does, over
-    √3: how far radii are off, root mean square, by what may be anything from nothing to that.
+def _hidden(vessels: Sequence[_Bins], aspect: np.ndarray, sampling: np.ndarray) -> HiddenWall:
+    """Return what walls widen radii by, the mean over no wall and all widths by their chances; and its SD with a wall.
+
+    A wall makes the step smoother, the more the wider the vessel; the image's blur is the same for all. Sections that
+    are not round (`aspect`), and their `sampling` (variance, voxels²), blur the step too, and are known.
     """
-    scale = max(1.0, 2 * plain.cost / sum(len(vessel.level) for vessel in vessels))
-    for width in reversed(RULES.hidden_widths):
-        fit = _fitted(vessels, None, second_step=(RULES.hidden_level, width))
-        if 2 * (fit.cost - plain.cost) < RULES.max_hidden * scale:
-            return float(1 - np.median(fit.x[0::4] / plain.x[0::4])) / np.sqrt(3)
-    return 0.0
-
-
-def _hidden(radius: np.ndarray, blur: np.ndarray, aspect: np.ndarray) -> float:
-    """Return by what share walls may widen radii (voxels) that only blur the vessels' steps, the more the wider.
-
-    A section that is not round (`aspect`) blurs the step of a mean profile, too, and the more the wider; that is known.
-    """
-    if len(radius) < RULES.min_hidden_vessels or np.ptp(radius) < RULES.min_hidden_range * radius.max():
-        return 0.0
-    variance = blur**2 - (radius * (1 - aspect) / (1 + aspect)) ** 2 / 2
-    matrix = np.column_stack([np.ones_like(radius), radius**2])
-    inverse = np.linalg.pinv(matrix.T @ matrix)
-    growth = inverse @ matrix.T @ variance
-    scatter = ((variance - matrix @ growth) ** 2).sum() / (len(radius) - 2)
-    threshold = stdtrit(len(radius) - 2, RULES.hidden_confidence)
-    if growth[1] <= threshold * np.sqrt(scatter * inverse[1, 1]):
-        return 0.0
-    share = RULES.hidden_share * float(np.sqrt(growth[1]))
-    return share if share >= RULES.min_hidden else 0.0
+    fits = [_fitted(vessels, None, second_step=(RULES.hidden_level, width)) for width in RULES.hidden_widths]
+    plain, widths = fits[0], np.array(RULES.hidden_widths)
+    errors = np.sqrt(np.diag(np.linalg.pinv(plain.jac.T @ plain.jac))[1::4])
+    excess = []
+    for fit in fits:
+        radius, blur = fit.x[0::4], fit.x[1::4]
+        variance = blur**2 - (radius * (1 - aspect) / (1 + aspect)) ** 2 / 2 - sampling
+        sd = np.hypot(RULES.noise_factor * 2 * plain.x[1::4] * errors, RULES.blur_error * blur**2)
+        off = (variance - np.average(variance, weights=sd**-2)) / sd
+        count = len(vessels)  # few vessels hardly show how much their blur scatters: Student's t
+        scatter = count * np.log1p((off**2).sum() / max(count - 1, 1))
+        excess.append(2 * fit.cost / RULES.noise_factor**2 + scatter)
+    fine = np.linspace(0, widths[-1], 61)
+    chance = np.exp(-np.interp(fine**2, widths**2, np.array(excess) - excess[0]) / 2)
+    wider = np.interp(fine, widths, [1 - np.median(fit.x[0::4] / plain.x[0::4]) for fit in fits])
+    odds = RULES.hidden_chance / (1 - RULES.hidden_chance) * chance.mean()
+    widens = odds / (1 + odds) * float(np.average(wider, weights=chance))
+    off_sd = np.sqrt(np.average((RULES.brighter * wider - widens) ** 2, weights=chance))
+    return HiddenWall(widens, float(off_sd))
 
 
 def _edge(vessels: Sequence[_Bins], plain: OptimizeResult) -> Edge | None:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import chdtri
 
 from vasowave.lung.measure.profiles import COPIES, SECTIONS_PER_SAMPLE, Profile
 
@@ -13,8 +14,9 @@ MIN_SLOPE_ERRORS = 3.0
 """A slope counts beyond so many standard errors: at 2 the radii of vessels that do not narrow scatter more."""
 MIN_FREEDOM = 0.3
 """Samples that are left beside a line at least; sections are often too few to tell."""
-MIN_UNEVEN = 0.045
-"""Areas of sections that scatter by this share more than noise explains are not those of one even tube."""
+MIN_UNEVEN, CHANCE = 0.045, 0.01
+"""Areas of sections that scatter by this share more than noise explains are not those of one even tube, unless noise
+does so by chance in more than this share of vessels."""
 MIN_RUGGED, RUGGED_ERROR = 0.011, 4.0
 """An outline with larger waves is one of a lumen with a rim or a clot (round ones show 0 to 0.008), whose radius is off
 by so many times the waves: thin half-moons of calcium by 3 to 6."""
@@ -106,12 +108,19 @@ def unevenness(profiles: Sequence[Profile | None]) -> np.ndarray:
     mean = np.array([np.nan if sections is None else float(np.mean(sections.signal)) for sections in profiles])
     usual = float(np.nanmedian(deviation / noise)) * noise if np.isfinite(deviation).any() else deviation
     share = np.sqrt(np.maximum(deviation**2 - usual**2, 0.0)) / np.maximum(mean, 1e-12)
-    along = np.where(share > MIN_UNEVEN, share, 0.0)
+    along = np.where((share > MIN_UNEVEN) & (deviation > _by_chance(profiles) * usual), share, 0.0)
     pairs = [(0.0, 0.0) if sections is None else (sections.rugged, _mixed(sections)) for sections in profiles]
     rugged, mixed = np.array(pairs).reshape(-1, 2).T
     around = np.where(rugged > MIN_RUGGED, RUGGED_ERROR * rugged, 0.0)
     within = np.where(mixed > max(MIN_MIXED, MIN_MIXED_RATIO * float(np.median(mixed))), mixed, 0.0)
     return np.asarray(np.max([along, around, within], axis=0))
+
+
+def _by_chance(profiles: Sequence[Profile | None]) -> np.ndarray:
+    """Return by what factor the scatter of each vessel's sections exceeds what is usual in one vessel of a hundred."""
+    sections = np.array([0 if profile is None else len(profile.signal) for profile in profiles])
+    freedom = np.maximum(sections / SECTIONS_PER_SAMPLE - 1, MIN_FREEDOM)
+    return np.asarray(np.sqrt(chdtri(freedom, CHANCE) / freedom))
 
 
 def _mixed(sections: Profile) -> float:

@@ -65,6 +65,8 @@ class Profile:
     rugged : float
         By what share of the radius the outline, as it is along all of the vessel, is neither round nor oval, beyond
         noise; 0 if no section is free of other vessels.
+    sampling_blur : float
+        Variance of the blur that interpolation between voxels adds at the wall, cm².
     radial : float array, shape (3, bin)
         Distance from the axis, cm; grey level there, the median of the sections' means; its standard error. NaN where
         no section shows it.
@@ -78,6 +80,7 @@ class Profile:
     rows: np.ndarray
     noise: float = 1.0
     rugged: float = 0.0
+    sampling_blur: float = 0.0
     radial: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))
 
 
@@ -128,7 +131,12 @@ def profile(
     plateau = above[:, core].mean(axis=1)
     rows = sections[good]
     rugged = _rugged(complete_sections[:, within], grid[within], _turns(line, rows[is_complete]))
-    return Profile(signal, plateau, spread, steepest, line.run[rows], rows, float(noise), rugged, radial)
+    rim = np.abs(rho - radius) < spacing
+    outward = (grid[rim, :1] * u[good][:, None] + grid[rim, 1:] * v[good][:, None]) / rho[rim, None]
+    sampling = _sampling_blur((places[good][:, rim] - volume.origin) / spacing, outward) * spacing**2
+    return Profile(
+        signal, plateau, spread, steepest, line.run[rows], rows, float(noise), rugged, float(sampling), radial
+    )
 
 
 def _seen(grid: np.ndarray, within: np.ndarray, foreign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -167,6 +175,14 @@ def _rugged(levels: np.ndarray, grid: np.ndarray, turns: np.ndarray) -> float:
     squares, noise = np.abs(mean) ** 2, sections.var(axis=0) * SECTIONS_PER_SAMPLE / len(sections)
     is_seen = squares.sum() > MIN_EVIDENCE * noise.sum()  # that it is no circle; what makes it no oval may be little
     return float(np.sqrt(max((squares - noise)[1:].sum(), 0.0))) if is_seen else 0.0
+
+
+def _sampling_blur(places: np.ndarray, directions: np.ndarray) -> float:
+    """Return `Profile.sampling_blur`, voxels²: what lies t from one voxel and 1 - t from the next is their mean, which
+    has a variance of t(1 - t) along that axis.
+    """
+    share = places - np.floor(places)
+    return float((directions**2 * share * (1 - share)).sum(axis=-1).mean())
 
 
 def _slope(above: np.ndarray, valid: np.ndarray, bins: np.ndarray, width: float) -> float:

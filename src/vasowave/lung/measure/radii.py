@@ -54,7 +54,7 @@ class Densitometry:
     uneven : float array
         By what share the sections of a vessel differ beyond noise, or its outline is off a tube's; 0 where they do not.
     hidden_wall : float
-        By what share walls too thin to be told from blur may widen all radii.
+        SD of the share by which walls too thin to be told from blur widen all radii; its mean is in `share`.
     """
 
     radius: np.ndarray
@@ -129,7 +129,8 @@ def _within_edges(plain: Densitometry, profiles: Sequence[Profile | None], spaci
     even_radius = np.where(plain.uneven > 0, np.nan, plain.radius)  # clots, rims and neighbors are no walls of all
     edge, hidden = second_edge(profiles, even_radius, plain.aspect, spacing)
     if edge is None:
-        return replace(plain, hidden_wall=hidden)
+        share = np.full(len(profiles), 1 - hidden.widens)
+        return replace(plain, radius=plain.radius * share, sd=plain.sd * share, share=share, hidden_wall=hidden.sd)
     plain = replace(plain, edge=edge, blur=edge.blur * spacing)
     if edge.kind == "double":
         return plain

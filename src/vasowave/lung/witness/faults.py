@@ -75,8 +75,9 @@ WALLS = doubt_kind(
 HIDDEN_WALLS = doubt_kind(
     "image.hidden-walls",
     Grade.UNCERTAIN,
-    _ALL + "walls too thin to be told from blur may stand beside the lumen and widen the radii by {percent:.1f} % "
-    "(1 SD): {remedy}",
+    _ALL
+    + "walls too thin to be told from blur may stand beside the lumen: the radii are {narrower:.1f} % narrower for "
+    "them, and off by {percent:.1f} % (1 SD): {remedy}",
     "scan finer, or compare a cannula or a vessel of known diameter",
 )
 SHARPENED = doubt_kind(
@@ -142,8 +143,8 @@ def fault_doubts(measured: Measurement, volume: Volume, lumen: Segmentation) -> 
         finding = kind(percent=100 * changed, **numbers)
         common_sd = RULES.double_sd if edge.kind == "double" else GUESSED_SHARE * changed
         faults.append(Fault(Doubt("radius", finding, names), common_sd))
-    elif grey.hidden_wall > RULES.min_hidden:
-        finding = HIDDEN_WALLS(percent=100 * grey.hidden_wall)
+    elif max(grey.hidden_wall, widens := 1 - float(np.median(grey.share))) > RULES.min_hidden:
+        finding = HIDDEN_WALLS(percent=100 * grey.hidden_wall, narrower=100 * widens)
         faults.append(Fault(Doubt("radius", finding, names), grey.hidden_wall))
     same_blur = edge is None or edge.kind == "wall"
     ratio = noise_ratio(measured, volume, lumen) if same_blur else None

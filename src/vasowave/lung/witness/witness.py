@@ -124,8 +124,8 @@ def doubts_about(
     """
     min_lengths = measured.network.length - LENGTH_DEVIATIONS * measured.length_sd
     doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, min_lengths)
-    ridges = _has_ridges(measured.tree, doubts, misfit)
-    doubts += crossing_doubts(measured.tree) + (_shattered(measured, ridges) if all_ends else [])
+    short = _shattered(measured, doubts, misfit) if all_ends else []
+    doubts += crossing_doubts(measured.tree) + short
     return (
         *doubts,
         *_cut(measured, lumen),
@@ -143,10 +143,16 @@ def _has_ridges(tree: Tree, doubts: list[Doubt], misfit: np.ndarray) -> bool:
     return bool(otherwise or is_uneven or lost >= MAX_LOST_SHARE * len(tree.terminals))
 
 
-def _shattered(measured: Measurement, ridges: bool) -> list[Doubt]:
-    """Return the doubt about a tree most of whose vessels are too short to be measured: ridges, or perhaps stumps."""
+def _shattered(measured: Measurement, doubts: list[Doubt], misfit: np.ndarray) -> list[Doubt]:
+    """Return the doubt about a tree most of whose vessels are too short to be measured: ridges, or perhaps stumps.
+
+    There is none where a second tree, by its `doubts`, has them all: then they are vessels.
+    """
     short, terminals = ~measured.reliable, list(measured.tree.terminals)
     if short.mean() <= MAX_SHORT_SHARE or np.delete(short, terminals).mean() <= MAX_SHORT_INNER_SHARE:
+        return []
+    ridges = _has_ridges(measured.tree, doubts, misfit)
+    if not ridges and not any(doubt.finding.code == NOT_SEEN.code for doubt in doubts):
         return []
     names = tuple(measured.network.name[row] for row in np.flatnonzero(short))
     finding = SHATTER(short=len(names), vessels=len(short)) if ridges else STUMPS(vessels=", ".join(names))
