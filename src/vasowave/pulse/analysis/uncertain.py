@@ -20,8 +20,8 @@ from vasowave.pulse.model.parameters import with_parameters
 
 BY_FIT = "intervals hold what the recording leaves open of the parameters, by the errors of the fit"
 BY_POSTERIOR = (
-    "intervals are those of the posterior's draws, with the errors of image and instruments that it knows, but for "
-    "those of single vessels"
+    "intervals are those of the posterior's draws, with the errors of image and instruments that it knows; those of "
+    "single vessels are the image's"
 )
 _TRIALS = 64  # sets of parameters for each that is asked for, of which those within the bounds are taken
 
