@@ -205,7 +205,7 @@ class Problem:
     def vessels(self, point: np.ndarray) -> np.ndarray:
         """Return what one SD of each vessel's own radius, length and taper changes, shape (coefficient, error), mmHg.
 
-        The last is that of a taper that all vessels have alike and nobody measured, where there may be one.
+        The last two are those of a taper that all vessels have alike and nobody measured, where there may be one.
 
         Raises
         ------
@@ -224,18 +224,21 @@ class Problem:
         return np.column_stack([(outputs[1:] - outputs[0]).T, self._untold_taper(point, outputs[0])])
 
     def _untold_taper(self, point: np.ndarray, straight: np.ndarray) -> np.ndarray:
-        """Return what one SD of a common taper changes; where its flow chokes by the line through two smaller ones."""
+        """Return what one SD of a common taper changes, and what any taper does whatever its sign, (coefficient, 2).
+
+        Junctions of vessels that taper share another pressure, which nobody measured either: in truth its step is there
+        or not. Where the flow chokes, both are those of a quarter of the SD, drawn on by a straight line.
+        """
         network = self.unknowns.network
         falls = self.unknowns.priors.sd("taper", network) * np.ones(len(network))
         if not falls.any():
-            return np.zeros(self.count)
-        posed = [self._posed(point, falls=share * falls) for share in (1.0, 0.5, 0.25)]
-        full, half, quarter = self.through_amplifier([point] * len(posed), self._simulated(posed))
-        changes = np.array([full, 3 * half - 2 * quarter]) - straight
-        simulated = changes[np.isfinite(changes).all(axis=1)]
-        if not len(simulated):
-            raise NumericalError("a model whose vessels taper cannot be simulated; say a smaller taper_sd")
-        return simulated[0]
+            return np.zeros((self.count, 1))
+        for share in (1.0, 0.25):
+            posed = [self._posed(point, falls=side * share * falls) for side in (1, -1)]
+            up, down = self.through_amplifier([point] * 2, self._simulated(posed)) - straight
+            if np.isfinite([up, down]).all():
+                return np.column_stack([(up - down) / (2 * share), (up + down) / 2])
+        raise NumericalError("a model whose vessels taper cannot be simulated; say a smaller taper_sd")
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Return coordinates of points, shape (point, unknown), in which the pressure bends less.
