@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vasowave.base import InputError
+from vasowave.pulse import derived
 from vasowave.pulse.analysis import operating_point, wave_intensity
 from vasowave.pulse.calibration import ParameterLimits, compared_part, parameter_space
 from vasowave.pulse.cycle import resample
@@ -232,6 +233,22 @@ def test_reflections_of_the_measured_waves_are_those_of_the_measured_cycle(enter
     found = one.quantities(louder, outputs, np.zeros(2))["I_R"]
     assert found[0] == pytest.approx(float(expected.reflection_coefficient), rel=2e-3)
     assert np.isnan(found[1])
+
+
+def test_waves_are_taken_apart_in_a_root_as_wide_as_its_own_error_says(whole):
+    mouse, point, root = whole.recording, np.zeros(len(whole.unknowns.all)), control_network().root
+    errors = np.zeros((1, 44))
+    errors[0, root] = -2.0  # SD, of 5 % each
+    model, _ = whole.unknowns.posed(point, radii=-0.1 * np.eye(21)[root])
+    place = operating_point(model, mouse.mean_pressure)
+    expected = wave_intensity(mouse.pressure, mouse.flow, mouse.period, *place, model.blood.inertia)
+    complete = replace(whole, compared=compared_part(mouse, "all"))
+    outputs = complete.measured[np.newaxis]
+    found = complete.quantities(point[np.newaxis], outputs, np.zeros(1), errors)
+    assert found["I_R"] == pytest.approx(float(expected.reflection_coefficient), rel=2e-3)
+    assert found["area_compliance"] == pytest.approx(derived(model, mouse.mean_pressure)["area_compliance"])
+    plain = complete.quantities(point[np.newaxis], outputs, np.zeros(1))
+    assert abs(plain["I_R"] / found["I_R"] - 1) > 0.02
 
 
 def test_indices_that_an_error_moves_follow_from_zero_and_gain(whole):
