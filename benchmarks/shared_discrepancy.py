@@ -103,7 +103,10 @@ def drawn(kind, number):
     climbed = climb(problem.simulate, problem.measured, problem.discrepancy(), np.zeros(len(problem.unknowns.all)))
     noise = problem.discrepancy(problem.vessels(climbed.middle))
     found = explore(
-        Target(problem.simulate, problem.measured, noise, problem.seen), [climbed], np.random.default_rng(0), DRAWS
+        Target(problem.simulate, problem.measured, noise, problem.seen, problem.linear),
+        [climbed],
+        np.random.default_rng(0),
+        DRAWS,
     )
     good = np.isfinite(found.residuals).all(axis=1)
     mean, points = recording.mean_pressure, found.points[good]

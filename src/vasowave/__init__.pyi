@@ -35,6 +35,7 @@ from vasowave.pulse.analysis.stenosis import FittedStenosis as FittedStenosis
 from vasowave.pulse.analysis.stenosis import fit_stenosis as fit_stenosis
 from vasowave.pulse.analysis.stenosis_ranking import rank_stenoses as rank_stenoses
 from vasowave.pulse.analysis.uncertain import UncertainModel as UncertainModel
+from vasowave.pulse.analysis.uncertain_loads import load_intervals as load_intervals
 from vasowave.pulse.analysis.ventricle_coupling import Coupling as Coupling
 from vasowave.pulse.analysis.ventricle_coupling import coupling as coupling
 from vasowave.pulse.analysis.ventricular_function import VentricularFunction as VentricularFunction

@@ -83,7 +83,8 @@ def test_a_posterior_that_is_stored_makes_the_intervals(result, network):
     law = replace(result.laws["linear"], posterior=posterior_result(drawn))
     stored = vw.stored_fit(replace(result, laws={"linear": law}))
     radii, stiffness = np.array([(model.network.radius[0], model.wall.beta[0]) for model, _ in stored.drawn]).T
-    assert radii == pytest.approx(0.05 * drawn.draws("radius_scale"))
+    single = np.log(radii / (0.05 * drawn.draws("radius_scale")))
+    assert single.std() == pytest.approx(0.05, rel=0.5)  # the image's error of each vessel
     speed = np.sqrt((stiffness + drawn.draws("mPAP")) / (2 * vw.Blood().inertia))  # of the linear law
     assert speed == pytest.approx(drawn.draws("wave_speed"), rel=1e-6)
     by_posterior = vw.predict(stored, {"beta": 1.5}, draws=40)

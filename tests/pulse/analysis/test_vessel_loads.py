@@ -1,6 +1,9 @@
 """Shear at the wall against Womersley's profile resolved across the tube; what reaches beds against what enters."""
 
+from dataclasses import replace
+
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.linalg import solve_banded
 
@@ -94,3 +97,50 @@ def test_other_vessels_and_regions_that_there_are_not_are_refused(simulated):
         vw.vessel_loads(model, waves.isel(vessel=slice(0, 3)))
     with pytest.raises(vw.errors.InputError, match="must have one shape"):
         vw.wall_shear(np.ones(8), np.ones(9), 0.1)
+
+
+COUNT = 79  # draws, of which the second and the last but one are the ends of 95 %
+STIFFNESS, RESISTANCE = 150.0, 80.0  # mmHg, mmHg s/ml
+
+
+def tube(radius):
+    """A short tube before a bed, and what flows into it."""
+    network, mouse = vw.Network(("1",), [-1], [0.2], [radius]), vw.virtual_mouse()
+    beds = vw.Windkessel(np.array([20.0]), np.array([RESISTANCE - 20.0]), np.array([1e-3]))
+    return vw.Model(network, vw.LinearWall(STIFFNESS), beds), mouse.inflow
+
+
+def uncertain(drawn):
+    model, inflow = drawn[0]
+    return vw.UncertainModel(model, inflow, pd.DataFrame(), pd.DataFrame(), model.outlets, tuple(drawn))
+
+
+def test_the_interval_of_shear_is_that_of_the_radius_through_the_profile_of_womersley():
+    radii = np.random.default_rng(1).permutation(0.05 * np.exp(0.05 * np.linspace(-2, 2, COUNT)))
+    told = []
+    intervals = vw.load_intervals(uncertain([tube(radius) for radius in radii]), progress=lambda *x: told.append(x))
+    inflow = tube(0.05)[1]
+    flow = inflow.flow.mean()
+    areas = np.pi * np.sort(radii)[[-2, 1]] ** 2 * (1 + RESISTANCE * flow / STIFFNESS) ** 2  # at the mean pressure
+    shears = [vw.wall_shear(inflow.flow, np.full(len(inflow.flow), area), inflow.period) for area in areas]
+    for name, of_wave in (("mean shear", np.mean), ("peak shear", lambda shear: np.abs(shear).max())):
+        ends = [intervals.loc["1", f"{name} {end} [Pa]"] for end in ("low", "high")]
+        np.testing.assert_allclose(ends, [of_wave(shear) for shear in shears], rtol=0.02)  # its area is not constant
+    np.testing.assert_allclose(intervals[["mean flow low [ml/s]", "mean flow high [ml/s]"]], [[flow, flow]], rtol=1e-5)
+    assert told[-1] == (COUNT - 1, 100)
+
+
+def test_the_interval_of_a_posterior_without_width_is_its_model():
+    drawn = [tube(0.05)] * 40
+    intervals, loads = vw.load_intervals(uncertain(drawn)), vw.vessel_loads(drawn[0][0], vw.simulate(*drawn[0]))
+    for end in ("low", "high"):
+        values = intervals[[column for column in intervals if f" {end} [" in column]]
+        np.testing.assert_allclose(values, loads, rtol=1e-6)
+
+
+def test_intervals_without_a_posterior_or_of_few_draws_are_refused():
+    fit = uncertain([tube(0.05)] * 3)
+    with pytest.raises(vw.errors.InputError, match="need 40 draws, of which 3"):
+        vw.load_intervals(fit)
+    with pytest.raises(vw.errors.InputError, match="inference: posterior"):
+        vw.load_intervals(replace(fit, drawn=()))

@@ -36,7 +36,7 @@ def folded(points):
 
 
 DATA = folded(np.array([[1.5, 0.3, -0.2]]))[0]
-TARGET = Target(folded, DATA, NOISE, lambda points: points)
+TARGET = Target(folded, DATA, NOISE, lambda points: points, folded)
 ONE, OTHER = np.array([1.4, 0.0, 0.0]), np.array([-1.4, 0.0, 0.0])
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vasowave.base import InputError
+from vasowave.pulse import derived
 from vasowave.pulse.analysis import operating_point, wave_intensity
 from vasowave.pulse.calibration import ParameterLimits, compared_part, parameter_space
 from vasowave.pulse.cycle import resample
@@ -81,20 +82,29 @@ def test_what_one_vessel_changes_is_what_a_network_with_that_vessel_changes(whol
             simulate(changed, whole.recording, Numerics(samples=512))["pressure"].to_numpy()[:, network.root, 0]
         )
     expected = resample(waves[1] - waves[0], whole.samples)
-    assert columns.shape == (43, whole.samples)  # the last of a taper that nobody stated
+    assert columns.shape == (44, whole.samples)  # the last two of a taper that nobody stated
     assert columns[21 + 2] == pytest.approx(expected, abs=2e-3)  # tolerances of four simulations
     assert np.abs(expected).max() > 0.02
 
 
-def test_a_taper_that_nobody_states_is_an_error_that_all_vessels_share(whole):
+@pytest.mark.parametrize("sd", [0.1, 0.4])
+def test_a_taper_that_nobody_states_is_an_error_that_all_vessels_share(sd):
+    """Where vessels that narrow by one SD choke, by what a quarter of it does."""
+    whole = problem(Priors(taper_sd=sd))
     point = whole.unknowns.scores({"beta": 57.0, "r1": 0.6})
     straight, waves = whole.unknowns.model(point), []
-    for shape in (None, Shape.falling(np.full(21, 0.1))):
+    fall = min(sd, 0.1)
+    for shape in (None, Shape.falling(np.full(21, fall)), Shape.falling(np.full(21, -fall))):
         pressure = simulate(replace(straight, shape=shape), whole.recording, Numerics(samples=512))["pressure"]
-        waves.append(pressure.to_numpy()[:, straight.network.root, 0])
-    expected = resample(waves[1] - waves[0], whole.samples)
-    assert whole.in_time(whole.vessels(point).T)[-1] == pytest.approx(expected, abs=2e-3)
-    assert np.abs(expected).max() > 0.1
+        waves.append(resample(pressure.to_numpy()[:, straight.network.root, 0], whole.samples))
+    sloping, step = whole.in_time(whole.vessels(point).T)[-2:]
+    assert fall / sd * sloping + step == pytest.approx(waves[1] - waves[0], abs=3e-3)
+    assert -fall / sd * sloping + step == pytest.approx(waves[2] - waves[0], abs=3e-3)
+    assert min(np.abs(sloping).max(), np.abs(step).max()) > 0.1
+
+
+def test_a_taper_is_no_error_where_it_is_known_or_there_is_none(whole):
+    point = whole.unknowns.scores({"beta": 57.0, "r1": 0.6})
     assert not problem(Priors(taper_sd=0.0)).vessels(point)[:, -1].any()
     measured = narrowing(0.1, 0.05).unknowns.network
     assert [Priors().sd("taper", network) for network in (control_network(), measured)] == [0.1, 0.0]
@@ -223,6 +233,22 @@ def test_reflections_of_the_measured_waves_are_those_of_the_measured_cycle(enter
     found = one.quantities(louder, outputs, np.zeros(2))["I_R"]
     assert found[0] == pytest.approx(float(expected.reflection_coefficient), rel=2e-3)
     assert np.isnan(found[1])
+
+
+def test_waves_are_taken_apart_in_a_root_as_wide_as_its_own_error_says(whole):
+    mouse, point, root = whole.recording, np.zeros(len(whole.unknowns.all)), control_network().root
+    errors = np.zeros((1, 44))
+    errors[0, root] = -2.0  # SD, of 5 % each
+    model, _ = whole.unknowns.posed(point, radii=-0.1 * np.eye(21)[root])
+    place = operating_point(model, mouse.mean_pressure)
+    expected = wave_intensity(mouse.pressure, mouse.flow, mouse.period, *place, model.blood.inertia)
+    complete = replace(whole, compared=compared_part(mouse, "all"))
+    outputs = complete.measured[np.newaxis]
+    found = complete.quantities(point[np.newaxis], outputs, np.zeros(1), errors)
+    assert found["I_R"] == pytest.approx(float(expected.reflection_coefficient), rel=2e-3)
+    assert found["area_compliance"] == pytest.approx(derived(model, mouse.mean_pressure)["area_compliance"])
+    plain = complete.quantities(point[np.newaxis], outputs, np.zeros(1))
+    assert abs(plain["I_R"] / found["I_R"] - 1) > 0.02
 
 
 def test_indices_that_an_error_moves_follow_from_zero_and_gain(whole):

@@ -51,6 +51,12 @@ def test_reference_draws_the_posterior_of_the_first_wall_law_alone(tmp_path):
     assert {name: law.posterior is not None for name, law in result.laws.items()} == {"linear": True, "power": False}
     assert result.failures == ()
     assert result.evidence is None
+    vessel = result.laws["linear"].vessels.isel(vessel=0)
+    width = float(np.log(vessel["mean_shear_high"] / vessel["mean_shear_low"])) / (2 * 1.96)
+    distended = np.log1p(virtual_mouse().mean_pressure / result.laws["linear"].posterior.draws("beta"))
+    assert width == pytest.approx(3 * np.hypot(0.05, distended.std()), rel=0.25)  # shear goes with r⁻³, image: 5 %
+    assert float(vessel["mean_shear_low"]) < float(vessel["mean_shear"]) < float(vessel["mean_shear_high"])
+    assert "mean_shear_low" not in result.laws["power"].vessels
     page = write_report([result], tmp_path / "report", pdf=False).with_name("supplement.html").read_text("utf-8")
     assert "Linear wall: posterior" in page
     assert "Power wall: posterior" not in page

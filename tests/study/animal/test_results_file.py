@@ -32,7 +32,8 @@ One animal's result is one netCDF-4 file: `AnimalResult.to_datatree()`, group by
 to read it. Here is every group with its attributes and variables. `WALL` is the name of a wall law; the parameters are
 those of the power law, other laws have theirs in place of `beta` and `m`. `WALL/inference` holds besides the groups
 that ArviZ reads: `posterior`, `prior`, `sample_stats`, `posterior_predictive`, `log_likelihood` and `observed_data`.
-A test compares this page with a stored file.
+Where such a posterior may be believed, `WALL/tree` has the ends of 95 % intervals of loads, `mean_shear_low` to
+`pulse_power_high`. A test compares this page with a stored file.
 """
 
 

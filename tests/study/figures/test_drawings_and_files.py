@@ -1,5 +1,6 @@
 """Drawings as files, and lines that are drawn through what was measured."""
 
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import matplotlib as mpl
@@ -9,6 +10,7 @@ import xarray as xr
 
 from made_cohort import bare_result
 from vasowave.study.animal import FitPlots
+from vasowave.study.cohort import gathered, primary_comparison
 from vasowave.study.figures import (
     as_file,
     lettered,
@@ -20,6 +22,7 @@ from vasowave.study.figures import (
     style,
     svg,
 )
+from vasowave.study.report import ReportSettings, supplement_of
 
 
 @pytest.mark.parametrize(
@@ -89,3 +92,16 @@ def test_panels_are_saved_side_by_side_in_the_size_of_the_report(cohort_results,
     root = ElementTree.fromstring(path.read_text("utf-8"))
     assert float(root.get("width").removesuffix("pt")) == pytest.approx(170.0 / 25.4 * 72, rel=1e-4)
     assert float(root.get("height").removesuffix("pt")) == pytest.approx(60.0 / 25.4 * 72, rel=1e-4)
+
+
+def test_intervals_of_a_posterior_stand_at_the_shear_and_strain_of_every_vessel(cohort_results, in_style):
+    law = cohort_results[0].laws["linear"]
+    ends = {f"{name}_{end}": factor * law.vessels[name] for name in ("mean_shear", "strain")
+            for end, factor in (("low", 0.8), ("high", 1.3))}  # fmt: skip
+    result = replace(cohort_results[0], laws={"linear": replace(law, vessels=law.vessels.assign(ends))})
+    cohort = gathered([result])
+    supplement = supplement_of(cohort, primary_comparison(cohort, ReportSettings()))
+    (tree,) = (drawing for drawing in supplement.drawings() if drawing.name == "Tree")
+    assert "95 % intervals" in tree.caption
+    counts = [sum(len(lines.get_segments()) for lines in ax.collections) for ax in tree.figure.axes]
+    assert counts == [0, 0, len(result.network), len(result.network)]

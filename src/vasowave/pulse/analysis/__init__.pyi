@@ -32,6 +32,7 @@ from vasowave.pulse.analysis.tree import pressure_drop as pressure_drop
 from vasowave.pulse.analysis.tree import wave_speeds as wave_speeds
 from vasowave.pulse.analysis.uncertain import UncertainModel as UncertainModel
 from vasowave.pulse.analysis.uncertain import uncertain_model as uncertain_model
+from vasowave.pulse.analysis.uncertain_loads import load_intervals as load_intervals
 from vasowave.pulse.analysis.ventricle_coupling import Coupling as Coupling
 from vasowave.pulse.analysis.ventricle_coupling import coupling as coupling
 from vasowave.pulse.analysis.ventricular_function import VENTRICULAR as VENTRICULAR

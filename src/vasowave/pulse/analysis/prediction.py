@@ -186,8 +186,13 @@ def values_of_draws(
     seed: int,
     variants: Callable[[Model, Inflow], Iterator[tuple[Model, Driven]]],
     progress: Progress | None = None,
+    numbers: Callable[[Model, xr.Dataset], pd.Series | pd.DataFrame] | None = None,
 ) -> tuple[np.ndarray, int]:
-    """Return the numbers of all variants of what the data allow, shape (draw, variant, number), and how many failed."""
+    """Return the numbers of all variants of what the data allow, shape (draw, variant, ...), and how many failed.
+
+    `numbers` are those of a model and its waves, `cycle_values` if not given.
+    """
+    numbers = numbers or cycle_values
     values, failures = [], 0
     for number, drawn in enumerate(uncertain.draws(draws, seed)):
         if progress is not None:
@@ -196,7 +201,7 @@ def values_of_draws(
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", VasowaveWarning)  # what the optimum's own waves warn of
                 pairs = [] if drawn is None else variants(*drawn)
-                rows = [cycle_values(model, simulate(model, driven, uncertain.numerics)) for model, driven in pairs]
+                rows = [numbers(model, simulate(model, driven, uncertain.numerics)) for model, driven in pairs]
         except VasowaveError:
             rows = []
         if rows:

@@ -13,6 +13,12 @@ from vasowave.pulse.model.model import Model
 from vasowave.pulse.network.graph import in_loops
 from vasowave.pulse.network.network import Network
 
+LOADS = (
+    "mean shear [Pa]", "peak shear [Pa]", "oscillatory shear [1]", "strain [1]", "transit time [s]",
+    "mean flow [ml/s]", "pulse power [mW]",
+)  # fmt: skip
+"""Columns of `vessel_loads`."""
+
 _PASCAL = 0.1
 """One dyn/cm² in Pa."""
 
@@ -111,18 +117,12 @@ def vessel_loads(model: Model, waves: xr.Dataset) -> pd.DataFrame:
     pressure, leaving = (outlet[name].transpose("time", "vessel").to_numpy() for name in ("pressure", "flow"))
     power = np.mean(pressure * leaving, axis=0) - pressure.mean(axis=0) * leaving.mean(axis=0)
     magnitude = np.abs(stress).mean(axis=0)
-    return pd.DataFrame(
-        {
-            "mean shear [Pa]": stress.mean(axis=0),
-            "peak shear [Pa]": np.abs(stress).max(axis=0),
-            "oscillatory shear [1]": 0.5 * (1 - np.abs(stress.mean(axis=0)) / magnitude),
-            "strain [1]": np.ptp(radius, axis=0) / radius.mean(axis=0),
-            "transit time [s]": network.length * area.mean(axis=0) / np.abs(output),
-            "mean flow [ml/s]": output,
-            "pulse power [mW]": units.MILLIWATT * power,
-        },
-        index=pd.Index(network.name, name="vessel"),
-    )
+    columns = (
+        stress.mean(axis=0), np.abs(stress).max(axis=0), 0.5 * (1 - np.abs(stress.mean(axis=0)) / magnitude),
+        np.ptp(radius, axis=0) / radius.mean(axis=0), network.length * area.mean(axis=0) / np.abs(output),
+        output, units.MILLIWATT * power,
+    )  # fmt: skip
+    return pd.DataFrame(dict(zip(LOADS, columns, strict=True)), pd.Index(network.name, name="vessel"))
 
 
 def regional_loads(network: Network, loads: pd.DataFrame, regions: Sequence[str]) -> pd.DataFrame:

@@ -23,8 +23,8 @@ BY_FIT = (
     "that changes along the tree, are not in them: fit with a posterior for these (inference: reference)"
 )
 BY_POSTERIOR = (
-    "intervals are those of the posterior's draws, with the errors of image and instruments that it knows, but for "
-    "those of single vessels"
+    "intervals are those of the posterior's draws, with the errors of image and instruments that it knows; those of "
+    "single vessels are the image's"
 )
 _TRIALS = 64  # sets of parameters for each that is asked for, of which those within the bounds are taken
 

@@ -26,14 +26,17 @@ class Drawn(NamedTuple):
         Standard deviation σ of the discrepancy, mmHg.
     zero : array, shape (draw,)
         Error of the zero of the pressure, in its SD.
+    errors : array, shape (draw, error)
+        Errors of single vessels, in their SD.
     vessels : array, shape (draw, coefficient)
-        What the errors of single vessels change, mmHg.
+        What these change, mmHg.
     noise : array, shape (draw, coefficient)
         Another residual of the same kind, mmHg: discrepancy and all errors.
     """
 
     deviation: np.ndarray
     zero: np.ndarray
+    errors: np.ndarray
     vessels: np.ndarray
     noise: np.ndarray
 
@@ -208,7 +211,7 @@ class Discrepancy:
         scores = np.array([self._scores(errors, *pair, rng) for pair in zip(residuals, places, strict=True)])
         again = np.array([self._noise_at(place, rng) for place in places])
         deviation = self._amplitudes[0][np.array(places)[:, 1]]
-        return Drawn(deviation, scores[:, 0], scores[:, 1:] @ self.vessels.T, again)
+        return Drawn(deviation, scores[:, 0], scores[:, 1:], scores[:, 1:] @ self.vessels.T, again)
 
     def _scores(
         self, errors: np.ndarray, residual: np.ndarray, place: tuple[int, int], rng: np.random.Generator

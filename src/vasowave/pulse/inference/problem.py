@@ -121,15 +121,19 @@ class Problem:
         difference = lowest - lowest[model.network.root]
         return self.recording.diastolic_pressure + np.where(np.isfinite(difference), difference, 0.0)
 
-    def quantities(self, points: np.ndarray, outputs: np.ndarray, zeros: np.ndarray) -> dict[str, np.ndarray]:
+    def quantities(
+        self, points: np.ndarray, outputs: np.ndarray, zeros: np.ndarray, errors: np.ndarray | None = None
+    ) -> dict[str, np.ndarray]:
         """Return what follows from points, their simulated coefficients, and zeros that are wrong by so many SD.
 
         Of the indices those that an error moves; I_R from the harmonics that are compared. All of shape (point,).
+        Where waves are taken apart the root is as wide as its own error says: `errors` are those of `vessels`, in SD.
         """
         unknowns = self.unknowns
         sd = unknowns.priors.sd("zero")
         zero = unknowns.values(points)["zero"] if unknowns.zero_enters else sd * zeros
         gain = unknowns.values(points)["pressure_gain"]
+        wider = self._wider_root(errors, len(points))
         means = (self.recording.mean_pressure - np.broadcast_to(zero, len(points))) * gain
         rows, flows, places = [], [], []
         for point, mean in zip(points, means.tolist(), strict=True):
@@ -140,9 +144,12 @@ class Problem:
             places.append(operating_point(model, mean))
         names = [name for name in (*OF_PARAMETERS, "tau") if name in model_values]
         values_by_name = dict(zip(names, np.array(rows).T, strict=True))
+        values_by_name["area_compliance"] = wider * values_by_name["area_compliance"]
+        areas, speeds = np.array(places).T
         values_by_name["I_R"] = self._reflections(
-            np.array(flows), self.through_amplifier(points, outputs, back=True), np.array(places), model.blood.inertia
-        )
+            np.array(flows), self.through_amplifier(points, outputs, back=True),
+            np.column_stack([areas * wider, speeds]), model.blood.inertia,
+        )  # fmt: skip
         moved = {
             "mPAP": sd > 0 or "pressure_gain" in unknowns.all,
             "CO": not {"flow_gain", "flow_zero"}.isdisjoint(unknowns.all),
@@ -151,6 +158,13 @@ class Problem:
         CO = np.mean(flows, axis=1)
         indices = {"mPAP": means, "CO": CO, "PVR": (means - unknowns.values(points)["wedge"]) / CO}
         return values_by_name | {name: value for name, value in indices.items() if moved[name]}
+
+    def _wider_root(self, errors: np.ndarray | None, count: int) -> np.ndarray:
+        """Return how many times as large the root's area is by the error of its own radius, shape (point,)."""
+        radii, root = self.unknowns.own_errors[0], self.unknowns.network.root
+        if errors is None or not radii[root]:
+            return np.ones(count)
+        return np.asarray(np.exp(2 * radii[root] * errors[:, np.count_nonzero(radii[:root])]))
 
     def _reflections(self, flows: np.ndarray, outputs: np.ndarray, places: np.ndarray, inertia: float) -> np.ndarray:
         """Return I_R of the waves of flows (point, time) and coefficients at places; NaN where there are none."""
@@ -205,7 +219,7 @@ class Problem:
     def vessels(self, point: np.ndarray) -> np.ndarray:
         """Return what one SD of each vessel's own radius, length and taper changes, shape (coefficient, error), mmHg.
 
-        The last is that of a taper that all vessels have alike and nobody measured, where there may be one.
+        The last two are those of a taper that all vessels have alike and nobody measured, where there may be one.
 
         Raises
         ------
@@ -224,18 +238,21 @@ class Problem:
         return np.column_stack([(outputs[1:] - outputs[0]).T, self._untold_taper(point, outputs[0])])
 
     def _untold_taper(self, point: np.ndarray, straight: np.ndarray) -> np.ndarray:
-        """Return what one SD of a common taper changes; where its flow chokes by the line through two smaller ones."""
+        """Return what one SD of a common taper changes, and what any taper does whatever its sign, (coefficient, 2).
+
+        Junctions of vessels that taper share another pressure, which nobody measured either: in truth its step is there
+        or not. Where the flow chokes, both are those of a quarter of the SD, drawn on by a straight line.
+        """
         network = self.unknowns.network
         falls = self.unknowns.priors.sd("taper", network) * np.ones(len(network))
         if not falls.any():
-            return np.zeros(self.count)
-        posed = [self._posed(point, falls=share * falls) for share in (1.0, 0.5, 0.25)]
-        full, half, quarter = self.through_amplifier([point] * len(posed), self._simulated(posed))
-        changes = np.array([full, 3 * half - 2 * quarter]) - straight
-        simulated = changes[np.isfinite(changes).all(axis=1)]
-        if not len(simulated):
-            raise NumericalError("a model whose vessels taper cannot be simulated; say a smaller taper_sd")
-        return simulated[0]
+            return np.zeros((self.count, 1))
+        for share in (1.0, 0.25):
+            posed = [self._posed(point, falls=side * share * falls) for side in (1, -1)]
+            up, down = self.through_amplifier([point] * 2, self._simulated(posed)) - straight
+            if np.isfinite([up, down]).all():
+                return np.column_stack([(up - down) / (2 * share), (up + down) / 2])
+        raise NumericalError("a model whose vessels taper cannot be simulated; say a smaller taper_sd")
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Return coordinates of points, shape (point, unknown), in which the pressure bends less.

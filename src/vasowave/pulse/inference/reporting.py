@@ -52,11 +52,11 @@ def reported(
     rows = _resampled(explored.weights.log_weight, rng)
     points, residuals = explored.points[rows], explored.residuals[rows]
     behind = noise.drawn(residuals, problem.zero, rng)
-    values = _values(problem, points, problem.measured - residuals + behind.vessels, behind.zero)
+    values = _values(problem, points, problem.measured - residuals + behind.vessels, behind.zero, behind.errors)
     values["discrepancy"] = behind.deviation
     first, outputs = (np.concatenate(arrays) for arrays in zip(*looked, strict=True))
-    outputs = outputs + rng.standard_normal((len(first), noise.vessels.shape[1])) @ noise.vessels.T
-    before = _values(problem, first, outputs, rng.standard_normal(len(first)))
+    errors = rng.standard_normal((len(first), noise.vessels.shape[1]))
+    before = _values(problem, first, outputs + errors @ noise.vessels.T, rng.standard_normal(len(first)), errors)
     median, spread = noise.amplitude
     before["discrepancy"] = median * np.exp(spread * rng.standard_normal(len(first)))
     diagnostics = Diagnostics(
@@ -87,11 +87,13 @@ def _resampled(log_weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return rng.permutation(np.minimum(rows, len(log_weight) - 1))
 
 
-def _values(problem: Problem, points: np.ndarray, outputs: np.ndarray, zeros: np.ndarray) -> dict[str, np.ndarray]:
-    """Return unknowns and derived quantities at points with their outputs and zeros, shape (point,) each."""
+def _values(
+    problem: Problem, points: np.ndarray, outputs: np.ndarray, zeros: np.ndarray, errors: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return unknowns and derived quantities at points with their outputs, zeros and errors of single vessels."""
     unknowns = problem.unknowns
     values = {name: value for name, value in unknowns.values(points).items() if name in unknowns.all}
-    return joined(values, problem.quantities(points, outputs, zeros))
+    return joined(values, problem.quantities(points, outputs, zeros, errors))
 
 
 def _units(problem: Problem) -> dict[str, tuple[str, str]]:
@@ -129,8 +131,9 @@ def _shares(problem: Problem, noise: Discrepancy, explored: Explored, rows: np.n
     offsets = np.vstack([steps, np.zeros((1 + len(of_vessels), len(middle)))])  # then the zero, then vessels are moved
     zeros = _STEP_SD * np.eye(len(offsets))[len(middle)]
     moved = np.vstack([np.zeros((1 + len(middle), problem.count)), of_vessels])
+    errors = _STEP_SD * np.eye(len(offsets))[:, 1 + len(middle) :]
     up, down = (
-        _values(problem, points, explored.emulator(points) + side * moved, side * zeros)
+        _values(problem, points, explored.emulator(points) + side * moved, side * zeros, side * errors)
         for points, side in ((middle + offsets, 1), (middle - offsets, -1))
     )
     slopes = {}

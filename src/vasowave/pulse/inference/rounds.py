@@ -3,6 +3,7 @@
 Points are scores, in which the prior is the standard normal distribution.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from vasowave.base.errors import NumericalError
 from vasowave.pulse.inference.discrepancy import Discrepancy
 from vasowave.pulse.inference.emulator import Coordinates, Emulator, fit_emulator
 from vasowave.pulse.inference.ensemble import Ensemble, LogDensity, sample
-from vasowave.pulse.inference.mode import Climbed
+from vasowave.pulse.inference.mode import Climbed, climb
 from vasowave.pulse.inference.simulations import Simulate
 
 _MAX_ROUNDS = 7  # of simulations, at most
@@ -20,6 +21,10 @@ _MAX_LIKELIHOOD_ERROR = 0.5
 _LEARNED_POWER = 0.6
 """Power of the posterior that rounds learn: an emulator that saw the bulk alone ends the posterior there."""
 DRAWN_POWER = 0.8  # power of the posterior that is drawn from in the end: weights stay small where the emulator errs
+_RIDGE_POINTS = 24  # from which the walkers of the first round start
+_RIDGE_WIDTH = 0.5  # of the walkers about each, in SD of the mode
+_MAX_RIDGE_NATS = 2.0  # nats for each unknown by which one of them may lie below the mode
+_RIDGE_STEP = 1e-3  # of the linear model's differences, in SD of the prior
 _ROUND_WALKERS, _ROUND_STEPS = 200, 150
 """Walkers and their steps: enough to spread from one round to the next; what is drawn in the end moves anew."""
 _MIN_TERM_SHARE = 0.01  # of the largest term of a sum that stands for the likelihood while draws are sought
@@ -39,12 +44,15 @@ class Target:
     noise : Discrepancy
     coordinates : callable
         In which outputs bend less.
+    linear : callable
+        As `simulate`, by a model that costs little: it shows how far a mode reaches.
     """
 
     simulate: Simulate
     measured: np.ndarray
     noise: Discrepancy
     coordinates: Coordinates
+    linear: Simulate
 
     def log_likelihood(self, outputs: np.ndarray) -> np.ndarray:
         """Return the log-likelihood of outputs, shape (point, output); -inf for those that are NaN."""
@@ -52,6 +60,10 @@ class Target:
         likelihoods = np.full(len(outputs), -np.inf)
         likelihoods[good] = self.noise.log_likelihood(self.measured - outputs[good])
         return likelihoods
+
+    def log_height(self, point: np.ndarray, output: np.ndarray) -> float:
+        """Return log-likelihood and log prior of one point, (unknown,), with its output, up to a constant."""
+        return float(self.log_likelihood(output[np.newaxis])[0] - 0.5 * point @ point)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +145,7 @@ def learn(target: Target, mode: Climbed, rng: np.random.Generator) -> Component:
         Most points near the mode cannot be simulated.
     """
     points, outputs, size = mode.points, mode.outputs, len(mode.middle)
-    walkers = mode.middle + rng.standard_normal((_ROUND_WALKERS, size)) @ mode.root.T / np.sqrt(_LEARNED_POWER)
+    walkers = _first_walkers(target, mode, rng)
     surrogate, error, rounds = None, np.inf, 0
     while surrogate is None or (rounds < _MAX_ROUNDS and error > _MAX_LIKELIHOOD_ERROR):
         rounds += 1
@@ -145,6 +157,40 @@ def learn(target: Target, mode: Climbed, rng: np.random.Generator) -> Component:
         surrogate = _learned(target, points, outputs, walkers, surrogate)
         walkers = moved(surrogate.log_learned, walkers, _ROUND_STEPS, rng).points[-1]
     return Component(surrogate, points, outputs, walkers, mode.halves, rounds)
+
+
+def _first_walkers(target: Target, mode: Climbed, rng: np.random.Generator) -> np.ndarray:
+    """Return walkers all along the ridge of a mode, which may be long and bent; where it is not seen, about its top."""
+    size = len(mode.middle)
+    ridge = [mode.middle, *_ridge(target, mode, rng)]
+    width = _RIDGE_WIDTH if len(ridge) > size else 1 / np.sqrt(_LEARNED_POWER)
+    scatter = width * rng.standard_normal((_ROUND_WALKERS, size)) @ mode.root.T
+    return np.array(ridge)[rng.integers(len(ridge), size=_ROUND_WALKERS)] + scatter
+
+
+def _ridge(target: Target, mode: Climbed, rng: np.random.Generator) -> Iterator[np.ndarray]:
+    """Yield points of the density that rounds learn, exact where outputs are linear.
+
+    Each is the optimum for another draw of prior and errors (randomized maximum likelihood: Kitanidis, Water Resour.
+    Res. 31 (1995), 2411; Oliver, Math. Geol. 28 (1996), 1). The linear model climbs, moved to what was simulated at the
+    mode; ends that are hopeless under the data themselves are left out.
+    """
+    offset = mode.output - target.linear(mode.middle[np.newaxis])[0]
+    residuals = np.tile(target.measured - mode.output, (_RIDGE_POINTS, 1))
+    errors = target.noise.drawn(residuals, np.zeros_like(mode.output), rng).noise / np.sqrt(_LEARNED_POWER)
+    centers = rng.standard_normal((_RIDGE_POINTS, len(mode.middle))) / np.sqrt(_LEARNED_POWER)
+    lowest = target.log_height(mode.middle, mode.output) - _MAX_RIDGE_NATS * len(mode.middle)
+    for error, center in zip(errors, centers, strict=True):
+
+        def shifted(points: np.ndarray, center: np.ndarray = center) -> np.ndarray:
+            return target.linear(points + center) + offset
+
+        try:
+            end = climb(shifted, target.measured + error, target.noise, 0 * center, step=_RIDGE_STEP)
+        except NumericalError:  # the linear model has no answer there
+            continue
+        if target.log_height(end.middle + center, end.output) > lowest:
+            yield end.middle + center
 
 
 def taught(target: Target, component: Component, fresh: np.ndarray, simulated: np.ndarray) -> Component:

@@ -144,7 +144,7 @@ def posterior_of(
     halves = screened(problem.linear, size, sampling.seed)
     modes = find_modes(simulations, problem.linear, problem.measured, problem.discrepancy(), starts, halves)
     noise = problem.discrepancy(problem.vessels(modes[0].middle)).near(problem.measured - modes[0].output)
-    target = Target(simulations, problem.measured, noise, problem.seen)
+    target = Target(simulations, problem.measured, noise, problem.seen, problem.linear)
     explored = explore(target, modes, rng, sampling.draws)
     optimum = None if fit is None else _optimum(target, problem, fit)
     rng = np.random.default_rng([sampling.seed, 1])

@@ -56,7 +56,7 @@ from vasowave.study.animal.signals import (
     simulated_station,
     waves_dataset,
 )
-from vasowave.study.animal.vessels import vessels_dataset
+from vasowave.study.animal.vessels import vessels_dataset, with_load_intervals
 
 Progress = Callable[[str, int, int, float], None]
 """Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
@@ -222,7 +222,7 @@ def result_of(
             on_failure = teller(animal, wall, Stage.POSTERIOR, failed)
             laws[wall] = replace(laws[wall], posterior=attempted(partial(posterior_result, drawn), on_failure))
         compared = _compared(animal, fits, settings, list(posteriors.values()), laws, failed)
-    return AnimalResult(
+    result = AnimalResult(
         name=animal.name,
         group=animal.group,
         network=animal.network,
@@ -238,6 +238,10 @@ def result_of(
         **measured,
         **compared,
     )
+    for wall in posteriors:
+        on_failure = teller(animal, wall, Stage.POSTERIOR, failed)
+        laws[wall] = attempted(partial(with_load_intervals, result, laws[wall]), on_failure) or laws[wall]
+    return replace(result, laws=laws, failures=tuple(failed))
 
 
 def result_of_fit(fit: CalibratedModel) -> AnimalResult:

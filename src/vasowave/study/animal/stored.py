@@ -218,16 +218,21 @@ def _beds(bed: Any, data: Any) -> Outlets:
 
 
 def _posterior_models(result: AnimalResult, law: LawResult, wall: type) -> tuple[tuple[Model, Inflow], ...]:
-    """Return the models of a posterior's draws, each with the flow as it would have been recorded without errors."""
+    """Return the models of a posterior's draws, each with the flow as it would have been recorded without errors.
+
+    Errors of single vessels are drawn as the image has them: of these many the recording sees few directions.
+    """
     if law.posterior is None or not law.posterior.trusted or law.compared == "flow":
         return ()
     sampling = given_values(Sampling, None, stored_sampling(result, wall))
     unknowns = problem_of(result.network, stored_recording(result), wall, sampling).unknowns
     columns = {name: law.posterior.draws(str(name)).ravel() for name in unknowns.all}
-    pairs = []
+    pairs, rng = [], np.random.default_rng(0)
     for row in range(len(next(iter(columns.values())))):
+        own_errors = (sd * rng.standard_normal(len(sd)) for sd in unknowns.own_errors)
+        scores = unknowns.scores({name: draws[row] for name, draws in columns.items()})
         try:
-            model, recorded = unknowns.posed(unknowns.scores({name: draws[row] for name, draws in columns.items()}))
+            model, recorded = unknowns.posed(scores, *own_errors)
         except VasowaveError:
             continue
         pairs.append((model, recorded.inflow))

@@ -1,16 +1,22 @@
 """Changes along the tree of a calibrated model, vessel by vessel, as labelled data."""
 
+from dataclasses import replace
+
 import numpy as np
 import xarray as xr
 
 from vasowave.pulse.analysis.compliances import compliance
 from vasowave.pulse.analysis.shear import vessel_loads
 from vasowave.pulse.analysis.tree import pressure_drop, wave_speeds
+from vasowave.pulse.analysis.uncertain_loads import load_intervals
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.model import walls
 from vasowave.pulse.quantities import QUANTITIES, network_sums
 from vasowave.study.animal.labelled import labelled, table_dataset
+from vasowave.study.animal.law_result import LawResult
 from vasowave.study.animal.quantities import quantities_dataset
+from vasowave.study.animal.result import AnimalResult
+from vasowave.study.animal.stored import stored_fit
 
 _PRESSURE_RATIO, _CURVE_POINTS = 1.05, 101  # how far the curve of the law is drawn, of the highest pressure; its points
 
@@ -40,6 +46,15 @@ def vessels_dataset(fit: CalibratedModel) -> xr.Dataset:
     dataset = xr.merge([speeds.assign(vessel_values), drops, loads], combine_attrs="override", join="exact")
     sums = quantities_dataset(network_sums(at_diastole), QUANTITIES)
     return dataset.merge(sums).merge(_law_curve(fit))
+
+
+def with_load_intervals(result: AnimalResult, law: LawResult) -> LawResult:
+    """Return a wall law's results with 95 % intervals of the loads of vessels, if its posterior may be believed."""
+    stored = stored_fit(result, law.name)
+    if not stored.drawn:
+        return law
+    intervals = _renamed(table_dataset(load_intervals(stored).reset_index(), "vessel"))
+    return replace(law, vessels=law.vessels.merge(intervals))
 
 
 def _law_curve(fit: CalibratedModel) -> xr.Dataset:

@@ -115,7 +115,10 @@ def impedance_figure(cohort: Cohort) -> "Figure":
 
 
 def along_network_figure(cohort: Cohort) -> "Figure":
-    """Wave speed, fall of the mean pressure, mean wall shear and strain by the distance from the inlet ("Tree")."""
+    """Wave speed, fall of the mean pressure, mean wall shear and strain by the distance from the inlet ("Tree").
+
+    Lines are 95 % intervals by a posterior, where there is one.
+    """
 
     def panel(distance: str, quantity: str, label: str) -> Panel:
         def draw(ax: "Axes", result: AnimalResult, color: str) -> None:
@@ -126,6 +129,9 @@ def along_network_figure(cohort: Cohort) -> "Figure":
                     continue
                 ax.plot(data[distance], data[quantity], source_look.marker, color=line["color"], ms=4,
                         label=line["label"], mfc=line["color"] if source_look.filled else "none")  # fmt: skip
+                if f"{quantity}_low" in data:
+                    ends = data[f"{quantity}_low"], data[f"{quantity}_high"]
+                    ax.vlines(data[distance], *ends, color=line["color"], linewidth=0.5)
             label_axes(ax, "distance from the inlet [cm]", label)
 
         return draw

@@ -83,6 +83,7 @@ def labelled(cohort: Cohort, names: tuple[str, ...], written: Mapping[str, str])
 
 def _waveforms(cohort: Cohort) -> list[Block]:
     looks = group_looks(cohort.groups)
+    drawn = any("strain_low" in law.vessels for result in cohort.shown.values() for law in result.laws.values())
     return [
         *(Drawing(f"PQsim-{place}", f"Pressure and flow at the middle of chosen vessels of {cohort.name(group)}, "
                   "each with its share of the mean flow.", figures.vessels_figure(result, looks[group].color))
@@ -91,7 +92,7 @@ def _waveforms(cohort: Cohort) -> list[Block]:
           for panel in PANELS.values() if panel.caption),
         Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32), fall of the mean pressure from the "
                 "inlet to the end of every terminal vessel, mean shear at the wall (Womersley's profile), and range of "
-                "the radius over its mean.",
+                "the radius over its mean." + (" Lines are 95 % intervals by the posterior." if drawn else ""),
                 figures.along_network_figure(cohort)),
     ]  # fmt: skip
 
