@@ -111,7 +111,7 @@ def add(
     names = {row["animal"] for row in added.rows}
     suffix = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
     print_text(f"{added.table}: {_counted(len(names), 'new row')}{suffix}")
-    problems, read, settings, _ = entering.check_study(place)
+    problems, read, settings, *_ = entering.check_study(place)
     new = [animal for animal in read if animal.animal in names | set(added.updated)]
     if settings is not None and new:
         show_animals([animal.row() for animal in new])
@@ -189,14 +189,14 @@ def check(study: Annotated[Path, _STUDY] = Path(), trust: Annotated[bool, models
 
 def _check(study: Path, answer: Answer) -> int:
     """Check a study, say what is wrong or odd, and return how many errors there are."""
-    problems, read, settings, design = entering.check_study(study)
+    problems, read, settings, design, notes = entering.check_study(study)
     errors = sum(problem.error for problem in problems)
     if settings is not None and read:
         answer.announce("animals", [animal.row() for animal in read])
         answer.announce("text", work_of(read, settings))
     shell = shell_of(study)
     lines = problem_lines(problems, shell)
-    for line in lines:
+    for line in [*lines, *(() if errors else problem_lines(notes, shell))]:
         answer.announce("text", line)
     if settings is not None and not errors:
         running.declare(vw.read_study(study))

@@ -42,6 +42,7 @@ from vasowave.study.cohort.independent import (
 )
 from vasowave.study.cohort.lungs import LungDifferences
 from vasowave.study.cohort.missing import Missing, missing_animals
+from vasowave.study.cohort.simultaneous_intervals import LEVEL
 
 
 @settings_class
@@ -59,6 +60,11 @@ class Family:
     """How much the lungs of one group differ: SD of the logarithm of all radii between them. An image that animals
     share is of one lung, so that this moves all of them alike. Empty: 0.09, of mice of one strain, or nearer to what
     the roots' radii show where several lungs of a group were imaged. 0: every lung is like the imaged one."""
+
+    @property
+    def stated(self) -> bool:
+        """Whether a study names its quantities; the default family asks for all at once."""
+        return self.quantities != PRIMARY
 
 
 class Missed(NamedTuple):
@@ -95,6 +101,8 @@ class Primary:
         The change of each group by itself, where a design compares the changes of groups; see `designed.group_changes`.
     lungs : LungDifferences, optional
         How much the lungs of one group differ, which intervals and p of what an image is behind allow for.
+    stated : bool
+        Whether the study names the quantities that are compared.
     """
 
     law: str
@@ -107,6 +115,18 @@ class Primary:
     adjusted: tuple[CovariateEffect, ...] = ()
     changes: tuple[DesignEstimate, ...] = ()
     lungs: LungDifferences | None = None
+    stated: bool = False
+
+    @property
+    def shown_alone(self) -> dict[str, float]:
+        """The quantities that are not shown in any contrast but had been, if only they had been tested, with their p.
+
+        That p is corrected for the quantity's own contrasts (Bonferroni).
+        """
+        by_quantity = grouped((effect for effect in self.effects if not effect.untested), lambda row: row.quantity)
+        shown = {name for name, rows in by_quantity.items() if any(row.p < LEVEL for row in rows)}
+        alone = {name: len(rows) * min(row.p_alone for row in rows) for name, rows in by_quantity.items()}
+        return {name: p for name, p in alone.items() if p < LEVEL and name not in shown}
 
     def of_group(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
@@ -135,7 +155,8 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
     _check(cohort, family, law)
     names = family.quantities if law else tuple(name for name in family.quantities if name in MEASURED)
     compare = _by_groups if cohort.design.plain else _by_design
-    return replace(compare(cohort, law, names), missing=missing_animals(cohort, law), lungs=cohort.lungs)
+    return replace(compare(cohort, law, names), missing=missing_animals(cohort, law), lungs=cohort.lungs,
+                   stated=family.stated)  # fmt: skip
 
 
 def _by_groups(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:

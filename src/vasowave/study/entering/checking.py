@@ -10,7 +10,7 @@ import numpy as np
 
 from vasowave.base.cures import UNKNOWN, RemoveAnimal, SetCells, SetSetting
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
-from vasowave.base.findings import ITSELF, Finding, FindingKind, Place, Severity, Value, error_kind, look_kind
+from vasowave.base.findings import ITSELF, Finding, FindingKind, Place, Severity, Value, error_kind, kind, look_kind
 from vasowave.base.io.remembered import made_once
 from vasowave.base.io.textfile import look
 from vasowave.base.sites import PULMONARY
@@ -69,6 +69,21 @@ WEDGE_OF_NONE = look_kind(
     "Give the wedge of every recording, or say with the results that it was not measured.",
     SetCells("Give its wedge pressure", (("wedge [mmHg]", UNKNOWN),)),
 )
+WEDGE_ASSUMED = kind(
+    "check.wedge-assumed",
+    Severity.NOTE,
+    "no recording has a wedge pressure: PVR, R_T and the measured decay are over an assumed outflow pressure of 0 mmHg; "
+    "{remedy}",
+    "say so with the results, or give the wedge pressure where it was measured",
+    SetCells("Give its wedge pressure", (("wedge [mmHg]", UNKNOWN),)),
+)
+UNNAMED = kind(
+    "check.no-primary-quantity",
+    Severity.NOTE,
+    "{count} quantities are tested together, so that each must differ by more to be shown; {remedy}",
+    "if one is the question, name it before anybody sees results: a p of one that was chosen afterwards does not hold",
+    SetSetting("Name the question", "report.quantities", f"[{UNKNOWN}]"),
+)
 _WEDGED_SPECIES = "dog", "pig", "human"  # whose right hearts are catheterized with a balloon
 PAPER_BOUNDS = look_kind(
     "check.paper-bounds",
@@ -125,14 +140,15 @@ SAME_SIGNAL = error_kind(
 
 
 class Checked(NamedTuple):
-    """The problems in the order of the files, what was read of every animal whose files are in order, and the design in
-    words, if it is in order.
+    """The problems in the order of the files, what was read of every animal whose files are in order, the design in
+    words, if it is in order, and what is assumed where the study says nothing.
     """
 
     problems: list[StudyProblem]
     read: list[AnimalRead]
     settings: StudyFile | None
     design: str = ""
+    notes: tuple[StudyProblem, ...] = ()
 
 
 def check_study(path: Path) -> Checked:
@@ -166,13 +182,26 @@ def check_study(path: Path) -> Checked:
     problems += _unwedged(study)
     problems += _half_known(study)
     problems += _once([*doubled_animals(study), *_alike(study, animals), *_of_one_recording(study, animals)])
-    return Checked(one_per_cause(problems), read, named.settings, design)
+    return Checked(one_per_cause(problems), read, named.settings, design, tuple(_assumed(study, document)))
+
+
+def _assumed(study: Study, document: Document) -> Iterator[StudyProblem]:
+    """Yield what holds where the study says nothing: the pressure behind the beds, and which quantity is its question."""
+    if study.animals and study.settings.site == PULMONARY and not _wedged(study) and not _unwedged(study):
+        yield StudyProblem(WEDGE_ASSUMED().placed(Place(str(study.table), part="column 'wedge [mmHg]'")))
+    if len({row.group for row in study.animals}) > 1 and not study.settings.report.stated:
+        count = len(study.settings.report.quantities)
+        yield StudyProblem(UNNAMED(count=count).placed(document.place(("report",), key=True)))
+
+
+def _wedged(study: Study) -> list[AnimalRow]:
+    return [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
 
 
 def _unwedged(study: Study) -> list[StudyProblem]:
     """Return what is to be said of recordings without a pressure behind the vascular beds."""
-    wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
-    species, place = study.settings.species, Place(str(study.table), part="column 'wedge [mmHg]'")
+    wedged, species = _wedged(study), study.settings.species
+    place = Place(str(study.table), part="column 'wedge [mmHg]'")
     if wedged and len(wedged) < len(study.animals):
         return [StudyProblem(WEDGE_OF_SOME(count=len(wedged), all=len(study.animals)).placed(place))]
     if study.animals and not wedged and species in _WEDGED_SPECIES and study.settings.site == PULMONARY:

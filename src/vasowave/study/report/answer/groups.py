@@ -7,12 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding, Value
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.contrast import MIN_FREEDOM
 from vasowave.study.cohort.design import laid_out
 from vasowave.study.cohort.effects import DesignEffect, Effect, GroupEffect, grouped
 from vasowave.study.cohort.guard import RULES, PopulationShape, doubts_of
-from vasowave.study.cohort.primary import Primary
+from vasowave.study.cohort.primary import Missed, Primary
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.answer.effects import (
     MAX_LETTERS,
@@ -34,7 +35,7 @@ from vasowave.study.report.answer.effects import (
     where,
 )
 from vasowave.study.report.answer.marks import Mark, unmarked
-from vasowave.study.report.wording import LIMIT, listed, number, ratio_with_interval, span, unlimited
+from vasowave.study.report.wording import LIMIT, listed, number, probability, ratio_with_interval, span, unlimited
 
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
@@ -43,6 +44,7 @@ _MAX_NAMED = 3  # undecided quantities in the lead of several comparisons
 
 THE_ANSWER, RESTS_ON, HOW_SURE = "The answer", "What does this rest on?", "How sure is this?"
 """The titles of the sentence that answers the question of a study, and of what is read after its numbers."""
+ONE_QUESTION = "What if one quantity had been the question?"
 
 
 class StudyAnswer(NamedTuple):
@@ -73,15 +75,30 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     by_contrast = grouped(_leading(effects), lambda effect: effect.contrast)
     brief = len(grouped(effects, lambda effect: effect.contrast)) > 1
     first = [_first(of_contrast, called, crossed, brief) for of_contrast in by_contrast.values()]
-    questions: dict[str, list[str]] = {}
+    questions: dict[str, list[str]] = {ONE_QUESTION: texts} if (texts := shown_alone(primary, called)) else {}
     for (question, _), asked in grouped(effects, lambda effect: (effect.question, effect.contrast)).items():
         questions.setdefault(question, []).append(_numbers(asked, called, mark, crossed))
     answers = [(question, " ".join(texts)) for question, texts in questions.items()]
     count = tested(effects)
-    many = f"They and p are corrected for {count} comparisons. " if count > 1 else ""
+    many = f"Those of ratios and p are corrected for {count} comparisons, all others hold alone. " if count > 1 else ""
     corrected = f"Brackets are 95 % intervals. {many}A p near 1 does not say that groups are equal."
     sure = [*([corrected] if count else []), *sureness(effects), *_least_shown(effects, called)]
     return StudyAnswer(first, answers, sure)
+
+
+def shown_alone(primary: Primary, called: Called) -> list[str]:
+    """Say what would have been shown as the only question, where the study names none, and what that is worth."""
+    alone = {} if primary.stated else primary.shown_alone
+    if not alone:
+        return []
+    named = listed([f"{called(name)} ({probability(p)})" for name, p in alone.items()])
+    count = len({effect.quantity for effect in primary.effects if not effect.untested})
+    each = "each of these" if len(alone) > 1 else "it"
+    return [
+        f"The study names none, so that {count} quantities were tested together. Tested alone, {each} would have been "
+        f"shown: {named}. Such a p holds only where that question was fixed before anybody saw the results; else it is a "
+        f"plan for the next study (study.yaml: report: {{quantities: [{next(iter(alone))}]}})."
+    ]
 
 
 def _leading(effects: Sequence[Effect]) -> Sequence[Effect]:
@@ -130,11 +147,18 @@ def not_told(primary: Primary, called: Called) -> list[str]:
     """Return what a design does not tell and why; of which quantities where it tells it of others."""
     quantities = {effect.quantity for effect in primary.effects}
     quantities |= {name for missed in primary.untold for name in missed.quantities}
-    return [
-        f"{missed.finding}"
-        + ("" if quantities == {*missed.quantities} else f" (of {listed([*map(called, missed.quantities)])})")
-        for missed in primary.untold
-    ]
+    texts = []
+    for (kind, values, names), alike in grouped(primary.untold, _reason).items():
+        effects = listed([str(dict(missed.finding.values)["effect"]) for missed in alike])
+        of_some = "" if quantities == {*names} else f" (of {listed([*map(called, names)])})"
+        texts.append(f"{Finding(kind, (('effect', effects), *values))}{of_some}")
+    return texts
+
+
+def _reason(missed: Missed) -> tuple[str, tuple[tuple[str, Value], ...], tuple[str, ...]]:
+    """Return why an effect is not told, and of which quantities: what is the same of several effects is said once."""
+    values = tuple((name, value) for name, value in missed.finding.values if name != "effect")
+    return missed.finding.code, values, missed.quantities
 
 
 def sureness(effects: Sequence[Effect]) -> list[str]:
@@ -198,18 +222,17 @@ def tested(effects: Sequence[Effect]) -> int:
 
 def _least_shown(effects: Sequence[Effect], called: Called) -> list[str]:
     """Say how large undecided effects must be to be shown by animals that vary as these do."""
-    several = len(labels(effects)) > 1 or isinstance(effects[0], DesignEffect)
-    sizes = [
-        f"{plain(effect.quantity, called)}{f' ({effect.contrast})' if several else ''} "
-        f"{number(float(np.sqrt(effect.high / effect.low)), 2)}"
-        for effect in effects
-        if standing(effect) is EffectVerdict.OPEN and not unlimited(effect.low, effect.high)
-    ]
-    if not sizes:
+    open_effects = [effect for effect in effects
+                    if standing(effect) is EffectVerdict.OPEN and not unlimited(effect.low, effect.high)]  # fmt: skip
+    if not open_effects:
         return []
+    several = len(labels(effects)) > 1 or isinstance(effects[0], DesignEffect)
+    by_subject = grouped(open_effects, lambda effect: str(effect.contrast) if several else plain(effect.quantity, called))
+    sizes = [f"{subject} {span(np.array([np.sqrt(effect.high / effect.low) for effect in rows]), 2)}"
+             for subject, rows in by_subject.items()]  # fmt: skip
     return [
         f"With animals that vary as these do, what is undecided would be shown by a found ratio of about these or more "
-        f"(one over them or less): {listed(sizes)}. `vasowave plan` says how many animals show smaller ones."
+        f"(one over them or less): {listed(sizes)}{', by quantity' if several else ''}. `vasowave plan` says how many animals show smaller ones."
     ]
 
 

@@ -87,7 +87,7 @@ def _answers(
     return [
         first,
         *design,
-        *attribution_answer(cohort),
+        *attribution_answer(cohort, tested(primary.effects)),
         *answers,
         *marks.legend(answers, written),
         *_not_compared(primary, called),
@@ -106,7 +106,7 @@ def _not_compared(primary: Primary, called: Called) -> list[tuple[str, str]]:
     clauses = not_told(primary, called)
     for reason, omissions in grouped(primary.left_out, attrgetter("reason")).items():
         clauses.append(f"{', '.join(short(omission.describe(called), 60) for omission in omissions)}: {reason}")
-    return [("Not compared", f"{'; '.join(clauses)}.")] if clauses else []
+    return [("Left out", f"{'; '.join(clauses)}.")] if clauses else []
 
 
 def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[Block]:
