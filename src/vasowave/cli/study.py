@@ -23,6 +23,7 @@ from vasowave.cli.answer import Answer
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
 from vasowave.cli.cures import VALUE, problem_lines, shell_of
 from vasowave.cli.progress import alive, print_text, show_animals, waiting, work_of
+from vasowave.cli.signatures import VERBOSE
 from vasowave.study import animal as animals
 from vasowave.study import datasets, entering, running
 from vasowave.study import folder as folders
@@ -30,6 +31,7 @@ from vasowave.study import report as reports
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
 _STATUS = typer.Argument(help="The folder of a study or of a fit, or a study.yaml.")
+_MAX_WARNINGS = 3  # of animals, told at the end of a run
 _RESULTS = typer.Argument(help="The folder of a study or of a fit.")
 
 
@@ -327,7 +329,9 @@ def _run(
         else:
             problems = [folders.StudyProblem(replace(finding, place=Place(animal=name, law=finding.place.law)))
                         for name, findings in done.warnings.items() for finding in findings]  # fmt: skip
-            for line in problem_lines(problems, shell_of(plan.path)):
+            lines = problem_lines(problems, shell_of(plan.path))
+            more = f"{len(lines) - _MAX_WARNINGS} more kinds of warning: vasowave -v run {_typed(study)}"
+            for line in lines if VERBOSE.get() else [*lines[:_MAX_WARNINGS], *[more][: len(lines) > _MAX_WARNINGS]]:
                 answer.announce("text", line)
         for failure in done.failures:
             typer.echo(f"failed: {failure.animal}: {failure}", err=True)
@@ -357,8 +361,8 @@ def _run_and_report(
     run.write(stage="writing the report" if report else run.status.stage)
     with nullcontext() if as_json else alive("writing the report"):
         page = running.report_study(plan.path, pdf, workers or cores(), announce=answers.extend) if report else None
-    for question, answer in answers:
-        announce("line", f"{question}{'' if question.endswith('?') else ':'} {answer}")
+    for question, answer in answers[:1]:
+        announce("line", f"{question}: {answer}")
     if page is not None:
         announce("line", f"Report: {page} ({time.monotonic() - computed:.0f} s)", f"Report: {page} (0 s)")
     return done, page

@@ -124,10 +124,10 @@ def overstrained(result, wall):
 @pytest.mark.parametrize(("strained", "verdict"), [
     (1, "The residuals speak for the tangent wall against the linear wall (AICc of 5 of 6 animals)."),
     (3, "The residuals speak for the tangent wall against the linear wall (AICc of 3 of 6 animals)."),
-    (4, "Not decided between the linear and the tangent wall: in 4 of 6 animals a fit of theirs must not be used (see "
-        "Problems); the 2 that remain are too few."),
-    (6, "Not decided between the linear and the tangent wall: in 6 of 6 animals a fit of theirs must not be used (see "
-        "Problems); none that remains is too few."),
+    (4, "Not decided between the linear and the tangent wall: a fit of 4 of 6 animals must not be used, for it strains "
+        "a vessel beyond what an artery survives or no wall meets the data; the 2 that remain are too few."),
+    (6, "Not decided between the linear and the tangent wall: a fit of 6 of 6 animals must not be used, for it strains "
+        "a vessel beyond what an artery survives or no wall meets the data; too few remain."),
 ])  # fmt: skip
 def test_walls_are_weighed_by_animals_whose_fits_of_both_may_be_used(cohort_results, strained, verdict):
     results = compared(cohort_results, -12 + np.arange(6.0)).results
@@ -140,7 +140,7 @@ def test_walls_are_weighed_by_animals_whose_fits_of_both_may_be_used(cohort_resu
 
 
 def test_an_animal_whose_data_one_wall_alone_misses_speaks_against_that_wall(cohort_results):
-    """Half of the pulse pressure is left by the linear law, so that its numbers must not be used: that is its verdict."""
+    """Half of the pulse pressure is left by the linear law: that its numbers must not be used is the verdict on it."""
     results = [changed_residual(result, "linear", 0.5) for result in cohort_results]
     cohort = compared(results, [-40.0] * 6)
     assert cohort.forbidden("linear") == cohort.results

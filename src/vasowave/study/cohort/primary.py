@@ -1,5 +1,6 @@
 """The one primary comparison: a family of quantities declared before, its effects, intervals and p for all at once."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
@@ -118,15 +119,15 @@ class Primary:
     stated: bool = False
 
     @property
-    def shown_alone(self) -> dict[str, float]:
-        """The quantities that are not shown in any contrast but had been, if only they had been tested, with their p.
+    def shown_alone(self) -> list[tuple[Effect, float]]:
+        """The effects that are not shown but had been, if their quantity alone had been tested, with their p then.
 
         That p is corrected for the quantity's own contrasts (Bonferroni).
         """
-        by_quantity = grouped((effect for effect in self.effects if not effect.untested), lambda row: row.quantity)
-        shown = {name for name, rows in by_quantity.items() if any(row.p < LEVEL for row in rows)}
-        alone = {name: len(rows) * min(row.p_alone for row in rows) for name, rows in by_quantity.items()}
-        return {name: p for name, p in alone.items() if p < LEVEL and name not in shown}
+        tested = [effect for effect in self.effects if not effect.untested]
+        contrasts = Counter(effect.quantity for effect in tested)
+        alone = [(effect, contrasts[effect.quantity] * effect.p_alone) for effect in tested if effect.p >= LEVEL]
+        return [(effect, p) for effect, p in alone if p < LEVEL]
 
     def of_group(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""

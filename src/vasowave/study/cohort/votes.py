@@ -100,8 +100,8 @@ def ballots(selection: xr.Dataset) -> pd.DataFrame:
 
 
 class Ballots(NamedTuple):
-    """The `ballots` of one recording, the noise model that is likeliest for it, whose it is where that is known, and the
-    laws whose fit must not be weighed (`unusable_walls`).
+    """The `ballots` of one recording, the noise model that is likeliest for it, whose it is where that is known, and
+    the laws whose fit must not be weighed (`unusable_walls`).
     """
 
     table: pd.DataFrame
@@ -126,12 +126,12 @@ def differences(animals: Sequence[Ballots], reference: str, covariance: str = ""
     Returns
     -------
     DataFrame
-        One row per law: ``wall, n, left out, mean, low, high, sum, price, residuals, residuals low, residuals high, residuals
-        SD, speaks for``. ``mean`` is the criterion of the law minus that of the reference, by animal; ``low, high`` are
-        the ends of its 95 % interval (Student) from the scatter of the animals. It is the sum of ``price``, what the
-        number of parameters costs whatever the data say, and of ``residuals``, minus twice the difference of the
-        log-likelihoods. Positive numbers speak for the reference. ``speaks for`` is the law that both the whole and the
-        residuals' own part prefer: over all animals by `DECISIVE_AICC_DIFFERENCE` at least and, of several animals,
+        One row per law: ``wall, n, left out, mean, low, high, sum, price, residuals, residuals low, residuals high,
+        residuals SD, speaks for``. ``mean`` is the criterion of the law minus that of the reference, by animal; ``low,
+        high`` are the ends of its 95 % interval (Student) from the scatter of the animals. It is the sum of ``price``,
+        what the number of parameters costs whatever the data say, and of ``residuals``, minus twice the difference of
+        the log-likelihoods. Positive numbers speak for the reference. ``speaks for`` is the law that both the whole and
+        the residuals' own part prefer: over all animals by `DECISIVE_AICC_DIFFERENCE` at least and, of several animals,
         beyond their scatter; empty where there is none, or where `left out` animals leave too few (`enough`).
     """
     by_wall: dict[str, dict[Hashable, list[tuple[float, float]]]] = {}

@@ -72,8 +72,8 @@ WEDGE_OF_NONE = look_kind(
 WEDGE_ASSUMED = kind(
     "check.wedge-assumed",
     Severity.NOTE,
-    "no recording has a wedge pressure: PVR, R_T and the measured decay are over an assumed outflow pressure of 0 mmHg; "
-    "{remedy}",
+    "no recording has a wedge pressure: PVR, R_T and the measured decay are over an assumed outflow pressure of "
+    "0 mmHg; {remedy}",
     "say so with the results, or give the wedge pressure where it was measured",
     SetCells("Give its wedge pressure", (("wedge [mmHg]", UNKNOWN),)),
 )
@@ -186,7 +186,7 @@ def check_study(path: Path) -> Checked:
 
 
 def _assumed(study: Study, document: Document) -> Iterator[StudyProblem]:
-    """Yield what holds where the study says nothing: the pressure behind the beds, and which quantity is its question."""
+    """Yield what holds where the study says nothing: of the pressure behind the beds, and of its question."""
     if study.animals and study.settings.site == PULMONARY and not _wedged(study) and not _unwedged(study):
         yield StudyProblem(WEDGE_ASSUMED().placed(Place(str(study.table), part="column 'wedge [mmHg]'")))
     if len({row.group for row in study.animals}) > 1 and not study.settings.report.stated:
@@ -364,7 +364,7 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
     Any stretch of it counts: an animal that is analyzed twice is one, and doubles what a study rests on.
     """
     problems = []
-    for kind, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle"), (SAME_LOOPS, "loops")):
+    for double_kind, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle"), (SAME_LOOPS, "loops")):
         first = dict[str, AnimalRow]()
         for row in study.animals:
             files = row.recordings if title == "recording" else filter(None, [getattr(row, title)])
@@ -373,7 +373,7 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
             for content in _contents([*files]):
                 earlier_row = first.setdefault(content + in_file, row)
                 if earlier_row is not row and not _meant(row, earlier_row):
-                    problems.append(_doubled(study, row, earlier_row, kind, title))
+                    problems.append(_doubled(study, row, earlier_row, double_kind, title))
                     break
     return problems
 

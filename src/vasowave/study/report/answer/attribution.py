@@ -39,9 +39,12 @@ def attribution_answer(cohort: Cohort, tested: int = 1) -> list[tuple[str, str]]
     texts = [f"{_head(changed)}: {_shares(changed)}." for changed in cohort.changes]
     texts += [f"{title}: {', '.join(_shown(means, name) for name, means in of_quantities.items())}."
               for title, of_quantities in _differences(cohort)]  # fmt: skip
-    texts += [f"Each of these intervals holds alone; the answer's are corrected for {tested} comparisons, and where "
-              "they differ, the answer decides what is shown."] if texts and tested > 1 else []  # fmt: skip
-    table = ["The tables below have all shares, and what would change."] if attribution_summary(cohort) else []
+    alone = (
+        f". Each interval there and here holds alone; the answer's are corrected for {tested} comparisons, and where "
+        "they differ, the answer decides what is shown"
+    ) if tested > 1 else ""  # fmt: skip
+    below = f"The tables below have all shares with intervals, and what would change{alone}."
+    table = [below] if attribution_summary(cohort) else []
     return [(_question(cohort), " ".join([*texts, *table]))] if texts else []
 
 
@@ -113,11 +116,11 @@ def _shares(changed: GroupAttribution) -> str:
 
 
 def _shown(means: pd.DataFrame, name: str) -> str:
-    """Return the change of a quantity, the shares in it whose interval leaves out 0, and the components of the others."""
+    """Return the change of a quantity, the shares whose interval leaves out 0, and the components of the others."""
     change = f"{_QUANTITIES[name]} {_signed(means.iloc[0])} {QUANTITIES[name].unit}"
     shares = means.iloc[1:].sort_values("mean", key=np.abs, ascending=False)
     unclear = (shares["low"] <= 0) & (shares["high"] >= 0)
-    shown = [f"{component} {_signed(row)}" for component, row in shares[~unclear].iterrows()]
+    shown = [f"{component} {_signed(row).partition(' ')[0]}" for component, row in shares[~unclear].iterrows()]
     unshown = f"around 0: {listed(list(map(str, shares.index[unclear])))}" if unclear.any() else ""
     return f"{change} ({'; '.join([text for text in (', '.join(shown), unshown) if text])})"
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from math import comb
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -35,12 +36,21 @@ from vasowave.study.report.answer.effects import (
     where,
 )
 from vasowave.study.report.answer.marks import Mark, unmarked
-from vasowave.study.report.wording import LIMIT, listed, number, probability, ratio_with_interval, span, unlimited
+from vasowave.study.report.wording import (
+    LIMIT,
+    listed,
+    number,
+    probability,
+    ratio_with_interval,
+    some_of,
+    span,
+    unlimited,
+)
 
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
 
-_MAX_NAMED = 3  # undecided quantities in the lead of several comparisons
+_MAX_NAMED = 3  # undecided quantities in the lead of several comparisons, and those shown alone
 
 THE_ANSWER, RESTS_ON, HOW_SURE = "The answer", "What does this rest on?", "How sure is this?"
 """The titles of the sentence that answers the question of a study, and of what is read after its numbers."""
@@ -77,7 +87,7 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     first = [_first(of_contrast, called, crossed, brief) for of_contrast in by_contrast.values()]
     questions: dict[str, list[str]] = {ONE_QUESTION: texts} if (texts := shown_alone(primary, called)) else {}
     for (question, _), asked in grouped(effects, lambda effect: (effect.question, effect.contrast)).items():
-        questions.setdefault(question, []).append(_numbers(asked, called, mark, crossed))
+        questions.setdefault(question, []).append(_numbers(asked, called, mark, crossed, brief))
     answers = [(question, " ".join(texts)) for question, texts in questions.items()]
     count = tested(effects)
     many = f"Those of ratios and p are corrected for {count} comparisons, all others hold alone. " if count > 1 else ""
@@ -88,16 +98,18 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
 
 def shown_alone(primary: Primary, called: Called) -> list[str]:
     """Say what would have been shown as the only question, where the study names none, and what that is worth."""
-    alone = {} if primary.stated else primary.shown_alone
+    alone = [] if primary.stated else primary.shown_alone
     if not alone:
         return []
-    named = listed([f"{called(name)} ({probability(p)})" for name, p in alone.items()])
+    several = len(labels(primary.effects)) > 1
+    named = some_of([f"{called(effect.quantity)} ({f'{effect.contrast}, ' if several else ''}{probability(p)})"
+                     for effect, p in sorted(alone, key=itemgetter(1))], _MAX_NAMED)  # fmt: skip
     count = len({effect.quantity for effect in primary.effects if not effect.untested})
     each = "each of these" if len(alone) > 1 else "it"
     return [
         f"The study names none, so that {count} quantities were tested together. Tested alone, {each} would have been "
-        f"shown: {named}. Such a p holds only where that question was fixed before anybody saw the results; else it is a "
-        f"plan for the next study (study.yaml: report: {{quantities: [{next(iter(alone))}]}})."
+        f"shown: {named}. Such a p holds only where that question was fixed before anybody saw the results; else it is "
+        "a plan for the next study (`report.quantities` in study.yaml)."
     ]
 
 
@@ -119,6 +131,7 @@ def _first(effects: Sequence[Effect], called: Called, crossed: Crossing, brief: 
     for verdict, of_verdict in effects_by_standing.items():
         detail = " (neither shown nor excluded)" if verdict is EffectVerdict.OPEN else ""
         detail = f" {limit(of_verdict)}" if verdict is EffectVerdict.SMALL else detail
+        detail = " (animals share an image of unknown error)" if verdict is EffectVerdict.UNTESTED else detail
         counted = brief and verdict is EffectVerdict.OPEN and len(of_verdict) > _MAX_NAMED
         named = f"{len(of_verdict)} quantities, see below" if counted else names(of_verdict, called)
         clauses.append(f"{verdict}{detail}: {named}")
@@ -131,12 +144,12 @@ def _condition(effects: Sequence[Effect]) -> str:
     return f" ({listed([*dict.fromkeys(sizes)])} animals), if logarithms are normal" if sizes else ""
 
 
-def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, crossed: Crossing) -> str:
-    """Return the verdict on one question and the numbers behind it."""
+def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, crossed: Crossing, brief: bool) -> str:
+    """Return the verdict on one question and the numbers behind it, where `brief` of what is decided."""
     _, between = where(effects[0].contrast, crossed)
     shown = by_standing(effects).get(EffectVerdict.SHOWN)
     sentences = [] if shown is None else [sentence(verdict_on(shown, called, crossed))]
-    sentences += numbers(effects, called, mark, "" if shown is not None else between)
+    sentences += numbers(effects, called, mark, "" if shown is not None else between, brief)
     sizes = [(effect.n_reference, effect.n_group) for effect in effects if effect.smallest_p >= CLEAR and effect.apart]
     if sizes:
         sentences.append(separated(effects, called, [2 / comb(a + b, a) for a, b in sizes]))
@@ -148,16 +161,21 @@ def not_told(primary: Primary, called: Called) -> list[str]:
     quantities = {effect.quantity for effect in primary.effects}
     quantities |= {name for missed in primary.untold for name in missed.quantities}
     texts = []
-    for (kind, values, names), alike in grouped(primary.untold, _reason).items():
-        effects = listed([str(dict(missed.finding.values)["effect"]) for missed in alike])
-        of_some = "" if quantities == {*names} else f" (of {listed([*map(called, names)])})"
-        texts.append(f"{Finding(kind, (('effect', effects), *values))}{of_some}")
+    for (code, values, untold), alike in grouped(primary.untold, _reason).items():
+        effects = listed([_with_instead(**dict(missed.finding.values)) for missed in alike])
+        of_some = "" if quantities == {*untold} else f" (of {listed([*map(called, untold)])})"
+        texts.append(f"{Finding(code, (('effect', effects), ('instead', ''), *values))}{of_some}")
     return texts
+
+
+def _with_instead(effect: Value, instead: Value, **_: Value) -> str:
+    """Return an effect that is not told, with what is in its place."""
+    return f"{effect} ({str(instead).removeprefix('; ')})" if instead else str(effect)
 
 
 def _reason(missed: Missed) -> tuple[str, tuple[tuple[str, Value], ...], tuple[str, ...]]:
     """Return why an effect is not told, and of which quantities: what is the same of several effects is said once."""
-    values = tuple((name, value) for name, value in missed.finding.values if name != "effect")
+    values = tuple((name, value) for name, value in missed.finding.values if name not in ("effect", "instead"))
     return missed.finding.code, values, missed.quantities
 
 
@@ -227,12 +245,15 @@ def _least_shown(effects: Sequence[Effect], called: Called) -> list[str]:
     if not open_effects:
         return []
     several = len(labels(effects)) > 1 or isinstance(effects[0], DesignEffect)
-    by_subject = grouped(open_effects, lambda effect: str(effect.contrast) if several else plain(effect.quantity, called))
+    by_subject = grouped(
+        open_effects, lambda effect: str(effect.contrast) if several else plain(effect.quantity, called)
+    )
     sizes = [f"{subject} {span(np.array([np.sqrt(effect.high / effect.low) for effect in rows]), 2)}"
              for subject, rows in by_subject.items()]  # fmt: skip
     return [
         f"With animals that vary as these do, what is undecided would be shown by a found ratio of about these or more "
-        f"(one over them or less): {listed(sizes)}{', by quantity' if several else ''}. `vasowave plan` says how many animals show smaller ones."
+        f"(one over them or less): {listed(sizes)}{', by quantity' if several else ''}. "
+        "`vasowave plan` says how many animals show smaller ones."
     ]
 
 

@@ -43,6 +43,7 @@ from vasowave.study.report.wording import UNLIMITED, listed, nearest, number, un
 _NEAR = "≈: other draws may put this p on the other side of 0.05."
 BASES = {RESTS_ON, HOW_SURE}
 """What is read after the results, below their figure."""
+OVER_ZERO = "Vascular resistance is over an assumed outflow pressure of 0 mmHg."
 UNLIKE = 0.15
 """Share of the measured decay by which R_T C_T may differ before the page says that the two are not the same."""
 
@@ -84,6 +85,8 @@ def _answers(
     first, *answers = answer.items(basis(cohort, primary, called), doubts_text(cohort, primary)) or [
         (THE_ANSWER, "Nothing could be compared.")
     ]
+    if no_wedge(cohort) and any(effect.quantity == "PVR" for effect in primary.effects):
+        first = first[0], f"{first[1]} {OVER_ZERO}"
     return [
         first,
         *design,

@@ -63,10 +63,11 @@ def _evidence(evidence: Evidence, law: str, cohort: Cohort) -> str:
 
 def _too_few(law: str, wall: str, weighed: int, left_out: int) -> str:
     """Say why two walls are not weighed against each other."""
-    remain = f"the {weighed} that remain are" if weighed > 1 else f"{weighed or 'none'} that remains is"
+    remain = f"the {weighed} that remain are too few" if weighed > 1 else "too few remain"
+    of_count = "" if weighed + left_out == 1 else f" of {left_out} of {weighed + left_out} animals"
     return (
-        f"Not decided between the {law} and the {wall} wall: in {left_out} of {weighed + left_out} animals a fit of "
-        f"theirs must not be used (see Problems); {remain} too few."
+        f"Not decided between the {law} and the {wall} wall: a fit{of_count} must not be used, for it strains a vessel "
+        f"beyond what an artery survives or no wall meets the data{f'; {remain}' if of_count else ''}."
     )
 
 
@@ -100,7 +101,9 @@ def _residuals(table: pd.DataFrame, law: str) -> list[str]:
     sentences, undecided = [], dict[str, list[str]]()
     for _, row in table.iterrows():
         wall, preferred, weighed, left_out = (row[label] for label in ("wall", "speaks for", "n", "left out"))
-        source = f"AICc of {weighed}{f' of {weighed + left_out}' if left_out else ''} animals" if weighed > 1 else "AICc"
+        source = (
+            f"AICc of {weighed}{f' of {weighed + left_out}' if left_out else ''} animals" if weighed > 1 else "AICc"
+        )
         if not enough(weighed, left_out):
             sentences.append(_too_few(law, wall, weighed, left_out))
         elif preferred:

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.base.io.columns import split_unit
 from vasowave.pulse.quantities import INDICES
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
@@ -20,11 +21,13 @@ from vasowave.study.figures.measured import ventricle_figure
 from vasowave.study.report.blocks import Block, Drawing, Section, Table
 from vasowave.study.report.wording import (
     Row,
+    also_read,
     animal_cells,
     mean_sd,
     named,
     nearest,
     number,
+    span,
     symbols,
     with_error,
     with_unit,
@@ -121,19 +124,38 @@ def hemodynamics(cohort: Cohort) -> Table:
     groups = [f"{cell} ({cohort.count(cell)})" for cell in cohort.cells]
     header = ("index", *(["measured"] if cohort.single else groups))
     meanings = cohort.meanings
-    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings)
+    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings and name != "PVR")
     caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
-    return Table("HemoStats", caption, header, _means(cohort, data), f"{note}.", data)
+    return Table("HemoStats", caption, header, _means(cohort, data), f"{note}. {outflow(cohort)}", data)
+
+
+def outflow(cohort: Cohort) -> str:
+    """Say over what pressure behind the beds the resistance is computed."""
+    given = [float(result.recording["wedge_pressure"])
+             for result in cohort.results if "wedge_pressure" in result.recording]  # fmt: skip
+    if not given:
+        return "PVR: mean pressure over 0 mmHg, which is assumed for want of a wedge pressure, over mean flow."
+    scope = (
+        "" if len(given) == len(cohort.results) else f", of {len(cohort.results) - len(given)} recordings over 0 mmHg"
+    )
+    return f"PVR: mean pressure above the wedge pressure ({span(np.array(given))} mmHg{scope}) over mean flow."
 
 
 def _means(cohort: Cohort, data: pd.DataFrame) -> list[Row]:
     """Return a row for each quantity of `describe`: its symbol, and mean ± SD of every group, in the header's order."""
-    texts = {(row["quantity"], row["group"]): mean_sd(row) for _, row in data.iterrows()}
+    rows = {(row["quantity"], row["group"]): row for _, row in data.iterrows()}
     written = symbols(cohort)
+
+    def texts(label: str, factor: float = 1.0) -> list[str]:
+        return [mean_sd(rows[label, cell], factor) if (label, cell) in rows else "–" for cell in cohort.cells]
+
     return [
-        (with_unit(label, written), *(texts.get((label, cell), "–") for cell in cohort.cells))
+        row
         for label in data["quantity"].unique()
-    ]
+        for row in [(with_unit(label, written), *texts(label)),
+                    *((f"{split_unit(label)[0]} [{unit}]", *texts(label, factor))
+                      for unit, factor in also_read(split_unit(label)[1]))]
+    ]  # fmt: skip
 
 
 def animals_table(cohort: Cohort) -> list[Table]:
@@ -148,7 +170,9 @@ def animals_table(cohort: Cohort) -> list[Table]:
         (variable.label, *(_summary(variable, cell.results) for cell in cohort.cells.values())) for variable in shown
     ]
     header = ("mean ± SD", *(f"{cell} ({cohort.count(cell)})" for cell in cohort.cells))
-    note = "Arithmetic means; the answer compares geometric ones."
+    plain = cohort.design.plain
+    means = "geometric ones" if plain else "geometric means by the design, which adjusts them"
+    note = f"Arithmetic means{'' if plain else ' as measured'}; the answer compares {means}. {outflow(cohort)}"
     return [Table("Animals", "Table 1. The animals", header, [*first, *_means(cohort, data)], note, data)]
 
 

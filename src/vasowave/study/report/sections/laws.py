@@ -151,8 +151,8 @@ def preference_table(cohort: Cohort, law: str) -> Table:
         "and the residuals' own part, minus twice the log-likelihood. Intervals are Student's, from the scatter of the "
         "animals. A law is named where the whole and the residuals' own part "
         f"both speak for it, beyond that scatter and by {DECISIVE_AICC_DIFFERENCE:g} over all animals. "
-        "What the noise model changes, the data have not decided. Animals of which a fit of either law must not be used "
-        "are left out; where they leave too few, no law is named."
+        "What the noise model changes, the data have not decided. Animals of which a fit of either law must not be "
+        "used are left out; where they leave too few, no law is named."
     )
     if evidences(cohort, law):
         note += " Which wall is answered by the evidences of posteriors; AICc, beside them, takes the image as exact."
