@@ -330,9 +330,12 @@ def _run(
             problems = [folders.StudyProblem(replace(finding, place=Place(animal=name, law=finding.place.law)))
                         for name, findings in done.warnings.items() for finding in findings]  # fmt: skip
             lines = problem_lines(problems, shell_of(plan.path))
-            more = f"{len(lines) - _MAX_WARNINGS} more kinds of warning: vasowave -v run {_typed(study)}"
-            for line in lines if VERBOSE.get() else [*lines[:_MAX_WARNINGS], *[more][: len(lines) > _MAX_WARNINGS]]:
+            shown = lines if VERBOSE.get() else lines[:_MAX_WARNINGS]
+            for line in shown:
                 answer.announce("text", line)
+            if len(shown) < len(lines):
+                surplus = _counted(len(lines) - len(shown), "kind")
+                answer.announce("text", f"{surplus} more of warning: vasowave -v run {_typed(study)}")
         for failure in done.failures:
             typer.echo(f"failed: {failure.animal}: {failure}", err=True)
         if done.failures:

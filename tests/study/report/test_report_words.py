@@ -347,7 +347,7 @@ def test_effects_stand_by_direction_and_those_that_are_not_shown_apart():
         "Higher resistance of the beds (× 2.00 by the model) and smaller proximal resistance share (× 0.50 by the "
         "model) in HPH than in CTL. "
         "No effect larger than a factor of 1.16: model wave reflection. Undecided (neither shown nor excluded): <b>. "
-        "Without p: <c>."
+        "Without p (animals share an image of unknown error): <c>."
     )
 
 

@@ -105,9 +105,9 @@ def shown_alone(primary: Primary, called: Called) -> list[str]:
     named = some_of([f"{called(effect.quantity)} ({f'{effect.contrast}, ' if several else ''}{probability(p)})"
                      for effect, p in sorted(alone, key=itemgetter(1))], _MAX_NAMED)  # fmt: skip
     count = len({effect.quantity for effect in primary.effects if not effect.untested})
-    each = "each of these" if len(alone) > 1 else "it"
+    subject = "each of these" if len(alone) > 1 else "it"
     return [
-        f"The study names none, so that {count} quantities were tested together. Tested alone, {each} would have been "
+        f"The study names none, so that {count} quantities were tested together. Tested alone, {subject} would have been "
         f"shown: {named}. Such a p holds only where that question was fixed before anybody saw the results; else it is "
         "a plan for the next study (`report.quantities` in study.yaml)."
     ]

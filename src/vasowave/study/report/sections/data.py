@@ -131,14 +131,13 @@ def hemodynamics(cohort: Cohort) -> Table:
 
 def outflow(cohort: Cohort) -> str:
     """Say over what pressure behind the beds the resistance is computed."""
-    given = [float(result.recording["wedge_pressure"])
+    pressures = [float(result.recording["wedge_pressure"])
              for result in cohort.results if "wedge_pressure" in result.recording]  # fmt: skip
-    if not given:
+    if not pressures:
         return "PVR: mean pressure over 0 mmHg, which is assumed for want of a wedge pressure, over mean flow."
-    scope = (
-        "" if len(given) == len(cohort.results) else f", of {len(cohort.results) - len(given)} recordings over 0 mmHg"
-    )
-    return f"PVR: mean pressure above the wedge pressure ({span(np.array(given))} mmHg{scope}) over mean flow."
+    count = len(cohort.results) - len(pressures)
+    scope = f"; in {count} of {len(cohort.results)} recordings over 0 mmHg" if count else ""
+    return f"PVR: mean pressure above the wedge pressure ({span(np.array(pressures))} mmHg{scope}) over mean flow."
 
 
 def _means(cohort: Cohort, data: pd.DataFrame) -> list[Row]:
