@@ -334,8 +334,8 @@ def _run(
             for line in shown:
                 answer.announce("text", line)
             if len(shown) < len(lines):
-                surplus = _counted(len(lines) - len(shown), "kind")
-                answer.announce("text", f"{surplus} more of warning: vasowave -v run {_typed(study)}")
+                surplus = _counted(len(lines) - len(shown), "further warning")
+                answer.announce("text", f"{surplus}; all, each by itself: vasowave -v run {_typed(study)}")
         for failure in done.failures:
             typer.echo(f"failed: {failure.animal}: {failure}", err=True)
         if done.failures:

@@ -107,9 +107,9 @@ def shown_alone(primary: Primary, called: Called) -> list[str]:
     count = len({effect.quantity for effect in primary.effects if not effect.untested})
     subject = "each of these" if len(alone) > 1 else "it"
     return [
-        f"The study names none, so that {count} quantities were tested together. Tested alone, {subject} would have been "
-        f"shown: {named}. Such a p holds only where that question was fixed before anybody saw the results; else it is "
-        "a plan for the next study (`report.quantities` in study.yaml)."
+        f"The study names none, so that {count} quantities were tested together. Tested alone, {subject} would have "
+        f"been shown: {named}. Such a p holds only where that question was fixed before anybody saw the results; "
+        "else it is a plan for the next study (`report.quantities` in study.yaml)."
     ]
 
 
