@@ -169,7 +169,7 @@ def test_small_ratios_of_many_animals_and_animals_that_differ_decide_nothing(coh
     split = wall_answer(weighed(cohort_results, [5000.0, 0.01, 30.0]), "linear")[1]
     assert split.startswith("The animals differ between the linear and the tangent wall")
     assert "for the linear law in 2 of 3 animals and for the tangent law in 1 of 3 animals" in split
-    assert Evidence("tangent", {"a": CLEAR_EVIDENCE_RATIO, "b": 0.9}, [], []).side == 0  # together just not clear
+    assert Evidence("tangent", {"a": CLEAR_EVIDENCE_RATIO, "b": 0.9}, {}).side == 0  # together just not clear
 
 
 def test_a_posterior_that_cannot_be_trusted_is_named_and_leaves_the_residuals_to_answer(cohort_results):

@@ -16,6 +16,10 @@ _GRID_MEANS, _GRID_SPREADS = 801, 41  # of the grid on which the likelihood is m
 _GRID_REACH = 8.0  # of the grid beyond the outermost values, in scales of the animals and their errors
 
 
+UNTRUSTED, UNUSABLE = "a posterior that cannot be trusted", "a fit that must not be used"
+"""Why animals are not weighed."""
+
+
 class Evidence(NamedTuple):
     """One wall law against another by the evidences of both."""
 
@@ -23,10 +27,8 @@ class Evidence(NamedTuple):
     ratios: dict[str, float]
     """By animal: how many times as likely its recording is under the reference law as under `wall`, all that is unknown
     integrated out."""
-    untrusted: list[str]
-    """Animals one of whose posteriors cannot be trusted; they are not among the ratios."""
-    unusable: list[str]
-    """Animals of which the fit of either law must not be used; neither are they."""
+    left_out: dict[str, str]
+    """Animals that are not among the ratios: `UNTRUSTED` or `UNUSABLE`."""
 
     @property
     def clear(self) -> tuple[int, int]:
@@ -37,7 +39,12 @@ class Evidence(NamedTuple):
     @property
     def enough(self) -> bool:
         """Whether the animals that are left may speak for all."""
-        return enough(len(self.ratios), len(self.unusable))
+        return enough(len(self.ratios), self.unusable)
+
+    @property
+    def unusable(self) -> int:
+        """How many are left out for a fit that must not be used."""
+        return [*self.left_out.values()].count(UNUSABLE)
 
     @property
     def side(self) -> int:
@@ -66,13 +73,13 @@ def evidences(cohort: Cohort, reference: str) -> list[Evidence]:
         posteriors = {wall: result.laws[wall].posterior for wall in logs.index}
         trusted = {wall: posterior is not None and posterior.trusted for wall, posterior in posteriors.items()}
         for wall in (law for law in logs.index if law != reference):
-            evidence = evidence_by_wall.setdefault(wall, Evidence(wall, {}, [], []))
+            evidence = evidence_by_wall.setdefault(wall, Evidence(wall, {}, {}))
             if {wall, reference} & cohort.unusable[result.name]:
-                evidence.unusable.append(result.name)
+                evidence.left_out[result.name] = UNUSABLE
             elif trusted[wall] and trusted[reference]:
                 evidence.ratios[result.name] = float(np.exp(np.clip(logs[reference] - logs[wall], -700, 700)))
             else:
-                evidence.untrusted.append(result.name)
+                evidence.left_out[result.name] = UNTRUSTED
     return list(evidence_by_wall.values())
 
 

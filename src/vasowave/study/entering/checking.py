@@ -179,34 +179,32 @@ def check_study(path: Path) -> Checked:
             animals.append((row, loaded))
         except VasowaveError as error:
             problems.append(unreadable(error, place, row.files.values()))
-    problems += _unwedged(study)
+    problems += [*_unwedged(study), *_unnamed(study, document)]
     problems += _half_known(study)
     problems += _once([*doubled_animals(study), *_alike(study, animals), *_of_one_recording(study, animals)])
-    return Checked(one_per_cause(problems), read, named.settings, design, tuple(_assumed(study, document)))
-
-
-def _assumed(study: Study, document: Document) -> Iterator[StudyProblem]:
-    """Yield what holds where the study says nothing: of the pressure behind the beds, and of its question."""
-    if study.animals and study.settings.site == PULMONARY and not _wedged(study) and not _unwedged(study):
-        yield StudyProblem(WEDGE_ASSUMED().placed(Place(str(study.table), part="column 'wedge [mmHg]'")))
-    if len({row.group for row in study.animals}) > 1 and not study.settings.report.stated:
-        count = len(study.settings.report.quantities)
-        yield StudyProblem(UNNAMED(count=count).placed(document.place(("report",), key=True)))
-
-
-def _wedged(study: Study) -> list[AnimalRow]:
-    return [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
+    notes = tuple(problem for problem in problems if problem.finding.severity is Severity.NOTE)
+    wrong = [problem for problem in problems if problem not in notes]
+    return Checked(one_per_cause(wrong), read, named.settings, design, notes)
 
 
 def _unwedged(study: Study) -> list[StudyProblem]:
     """Return what is to be said of recordings without a pressure behind the vascular beds."""
-    wedged, species = _wedged(study), study.settings.species
-    place = Place(str(study.table), part="column 'wedge [mmHg]'")
+    wedged = [row for row in study.animals if row.wedge is not None or row.wedge_wave is not None]
+    species, place = study.settings.species, Place(str(study.table), part="column 'wedge [mmHg]'")
     if wedged and len(wedged) < len(study.animals):
         return [StudyProblem(WEDGE_OF_SOME(count=len(wedged), all=len(study.animals)).placed(place))]
-    if study.animals and not wedged and species in _WEDGED_SPECIES and study.settings.site == PULMONARY:
-        return [StudyProblem(WEDGE_OF_NONE(species=species).placed(place))]
-    return []
+    if not study.animals or wedged or study.settings.site != PULMONARY:
+        return []
+    finding = WEDGE_OF_NONE(species=species) if species in _WEDGED_SPECIES else WEDGE_ASSUMED()
+    return [StudyProblem(finding.placed(place))]
+
+
+def _unnamed(study: Study, document: Document) -> list[StudyProblem]:
+    """Return the offer to name one quantity as the question, where groups are compared by all at once."""
+    if len({row.group for row in study.animals}) < 2 or study.settings.report.stated:
+        return []
+    finding = UNNAMED(count=len(study.settings.report.quantities))
+    return [StudyProblem(finding.placed(document.place(("report",), key=True)))]
 
 
 class _Loaded(NamedTuple):

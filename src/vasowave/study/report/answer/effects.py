@@ -226,11 +226,3 @@ def names(effects: Sequence[Effect], called: Called) -> str:
 def sentence(text: str) -> str:
     """Return a text as a sentence."""
     return f"{text[0].upper()}{text[1:]}."
-
-
-def separated(effects: Sequence[Effect], called: Called, chances: Sequence[float]) -> str:
-    """Name the quantities in which no animal of one group lies among the other, and how often chance does that."""
-    disjoint = [called(effect.quantity) for effect in effects if effect.apart]
-    scope = "" if len(disjoint) == len(effects) == 1 else f" in {listed(disjoint)}"
-    share = number(100 * max(chances), 2)
-    return f"The groups do not overlap{scope}, which chance alone does in {share} % of quantities."

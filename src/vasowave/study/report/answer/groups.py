@@ -1,7 +1,6 @@
 """The differences of the groups: who differs how in one sentence, the numbers for each question, how sure they are."""
 
 from collections.abc import Sequence
-from math import comb
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -30,7 +29,6 @@ from vasowave.study.report.answer.effects import (
     place_in_lead,
     plain,
     sentence,
-    separated,
     standing,
     verdict_on,
     where,
@@ -150,9 +148,6 @@ def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, crossed: Cro
     shown = by_standing(effects).get(EffectVerdict.SHOWN)
     sentences = [] if shown is None else [sentence(verdict_on(shown, called, crossed))]
     sentences += numbers(effects, called, mark, "" if shown is not None else between, brief)
-    sizes = [(effect.n_reference, effect.n_group) for effect in effects if effect.smallest_p >= CLEAR and effect.apart]
-    if sizes:
-        sentences.append(separated(effects, called, [2 / comb(a + b, a) for a, b in sizes]))
     return " ".join(sentences)
 
 

@@ -31,19 +31,18 @@ from vasowave.study.report.answer.groups import (
     sensitivity,
     tested,
 )
-from vasowave.study.report.answer.limits import basis, model_limits, no_wedge, shared_images
+from vasowave.study.report.answer.limits import basis, model_limits, shared_images
 from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.answer.problem_list import overstrained, problem_blocks
 from vasowave.study.report.answer.walls import wall_answer
 from vasowave.study.report.blocks import Answers, Block, Bullets, Drawing, Section, SideBySide
-from vasowave.study.report.sections.data import animals_table
+from vasowave.study.report.sections.data import animals_table, wedge_pressures
 from vasowave.study.report.terms import caller, defined
 from vasowave.study.report.wording import UNLIMITED, listed, nearest, number, undecided, unlimited
 
 _NEAR = "≈: other draws may put this p on the other side of 0.05."
 BASES = {RESTS_ON, HOW_SURE}
 """What is read after the results, below their figure."""
-OVER_ZERO = "Vascular resistance is over an assumed outflow pressure of 0 mmHg."
 UNLIKE = 0.15
 """Share of the measured decay by which R_T C_T may differ before the page says that the two are not the same."""
 
@@ -85,8 +84,8 @@ def _answers(
     first, *answers = answer.items(basis(cohort, primary, called), doubts_text(cohort, primary)) or [
         (THE_ANSWER, "Nothing could be compared.")
     ]
-    if no_wedge(cohort) and any(effect.quantity == "PVR" for effect in primary.effects):
-        first = first[0], f"{first[1]} {OVER_ZERO}"
+    if not wedge_pressures(cohort) and any(effect.quantity == "PVR" for effect in primary.effects):
+        first = first[0], f"{first[1]} Vascular resistance is over an assumed outflow pressure of 0 mmHg."
     return [
         first,
         *design,
@@ -206,7 +205,7 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
-    statements = [*no_wedge(cohort), *model_limits(cohort, primary.law, written)]
+    statements = model_limits(cohort, primary.law, written)
     statements += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
     statements += sensitivity(primary, called)
     blocks: list[Block] = [Bullets(statements)] if statements else []

@@ -1,5 +1,7 @@
 """The answer to 'Which wall?': by the posteriors where there are any, else by the residuals, pooled over animals."""
 
+from collections import Counter
+
 import numpy as np
 import pandas as pd
 
@@ -38,7 +40,7 @@ def wall_answer(cohort: Cohort, law: str) -> tuple[str, str]:
 def _evidence(evidence: Evidence, law: str, cohort: Cohort) -> str:
     """Say what the evidences of one pair of laws come to, and how many animals are clear."""
     if not evidence.enough:
-        return _too_few(law, evidence.wall, len(evidence.ratios), len(evidence.unusable))
+        return _too_few(law, evidence.wall, len(evidence.ratios), evidence.unusable)
     side, (favorable, contrary) = evidence.side, evidence.clear
     better, worse = (evidence.wall, law) if side < 0 else (law, evidence.wall)
     n = len(evidence.ratios)
@@ -55,9 +57,8 @@ def _evidence(evidence: Evidence, law: str, cohort: Cohort) -> str:
     clear = "" if cohort.single else f"; {CLEAR_EVIDENCE_RATIO:g} times or more {cleared}"
     text = f"{verdict}: by their evidences the recording is {_times(ratios)} as likely under the {better} law as "
     text += f"under the other{clear}."
-    reasons = [(evidence.untrusted, "a posterior that cannot be trusted"),
-               (evidence.unusable, "a fit that must not be used")]  # fmt: skip
-    left_out = [f"{len(names)} of {len(cohort.results)} animals with {reason}" for names, reason in reasons if names]
+    left_out = [f"{count} of {len(cohort.results)} animals with {reason}"
+                for reason, count in Counter(evidence.left_out.values()).items()]  # fmt: skip
     return f"{text} Not counted are {listed(left_out)}." if left_out else text
 
 

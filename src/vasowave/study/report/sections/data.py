@@ -129,32 +129,38 @@ def hemodynamics(cohort: Cohort) -> Table:
     return Table("HemoStats", caption, header, _means(cohort, data), f"{note}. {outflow(cohort)}", data)
 
 
+def wedge_pressures(cohort: Cohort) -> list[float]:
+    """Return the wedge pressures of the recordings that have one, mmHg."""
+    recordings = [result.recording for result in cohort.results]
+    return [float(recording["wedge_pressure"]) for recording in recordings if "wedge_pressure" in recording]
+
+
 def outflow(cohort: Cohort) -> str:
     """Say over what pressure behind the beds the resistance is computed."""
-    pressures = [float(result.recording["wedge_pressure"])
-             for result in cohort.results if "wedge_pressure" in result.recording]  # fmt: skip
+    pressures, count = wedge_pressures(cohort), len(cohort.results)
     if not pressures:
-        return "PVR: mean pressure over 0 mmHg, which is assumed for want of a wedge pressure, over mean flow."
-    count = len(cohort.results) - len(pressures)
-    scope = f"; in {count} of {len(cohort.results)} recordings over 0 mmHg" if count else ""
+        return (
+            "PVR: mean pressure above 0 mmHg, assumed for want of a wedge pressure, over mean flow; above a wedge "
+            "pressure PVR, R_T and the measured decay are smaller, and their ratios between groups change."
+        )
+    scope = f"; in {count - len(pressures)} of {count} recordings over 0 mmHg" if len(pressures) < count else ""
     return f"PVR: mean pressure above the wedge pressure ({span(np.array(pressures))} mmHg{scope}) over mean flow."
 
 
 def _means(cohort: Cohort, data: pd.DataFrame) -> list[Row]:
     """Return a row for each quantity of `describe`: its symbol, and mean ± SD of every group, in the header's order."""
-    rows = {(row["quantity"], row["group"]): row for _, row in data.iterrows()}
+    texts = {(row["quantity"], row["group"]): _mean(row) for _, row in data.iterrows()}
     written = symbols(cohort)
-
-    def texts(label: str, factor: float = 1.0) -> list[str]:
-        return [mean_sd(rows[label, cell], factor) if (label, cell) in rows else "–" for cell in cohort.cells]
-
     return [
-        row
+        (with_unit(label, written), *(texts.get((label, cell), "–") for cell in cohort.cells))
         for label in data["quantity"].unique()
-        for row in [(with_unit(label, written), *texts(label)),
-                    *((f"{split_unit(label)[0]} [{unit}]", *texts(label, factor))
-                      for unit, factor in also_read(split_unit(label)[1]))]
-    ]  # fmt: skip
+    ]
+
+
+def _mean(row: pd.Series) -> str:
+    """Return mean ± SD, and in brackets in further units that people read."""
+    further = [f" ({mean_sd(row, factor)} {unit})" for unit, factor in also_read(split_unit(row["quantity"])[1])]
+    return "".join([mean_sd(row), *further])
 
 
 def animals_table(cohort: Cohort) -> list[Table]:
