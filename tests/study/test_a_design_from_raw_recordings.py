@@ -45,8 +45,10 @@ def study(tmp_path_factory):
         done = CliRunner().invoke(app, [command, str(folder)])
         assert done.exit_code == 0, done.output
         assert ("Recordings 12; wall laws linear" if command == "check" else "12 recordings") in done.output
-    answer, page = done.output.index("\nPressure and flow: "), done.output.index("\nReport: ")
+    answer, page = done.output.index("\nThe answer: "), done.output.index("\nReport: ")
     assert answer < page  # a run ends with what it found, and where it stands
+    assert len(done.output[done.output.index("12 recordings computed") :].strip().splitlines()) <= 15
+    assert "How sure is this?" not in done.output  # which the page says
     return folder
 
 

@@ -144,7 +144,7 @@ def test_a_clear_pattern_makes_animals_groups_and_design_and_says_how_to_undo_it
     assert {(cure.key, cure.text) for cure in added.cures if hasattr(cure, "key")} == {
         ("design.subject", "null"), ("design.occasion", "null")
     }  # fmt: skip
-    problems, _, _, text = check_study(lab / "study")
+    problems, _, _, text, _ = check_study(lab / "study")
     assert not [problem for problem in problems if problem.error]
     assert "compared: drug against veh; post against pre; drug against veh in the change post/pre" in text
 

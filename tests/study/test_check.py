@@ -483,6 +483,23 @@ def test_of_animals_whose_right_hearts_are_catheterized_the_wedge_is_asked_for(m
     assert ("check.wedge-of-none" in codes) == asked
 
 
+def test_what_is_assumed_of_outflow_and_question_is_a_note_with_its_setting_until_the_study_says_it(make_study):
+    folder = make_study()
+    notes = {problem.finding.code: problem for problem in check_study(folder).notes}
+    assert set(notes) == {"check.wedge-assumed", "check.no-primary-quantity"}
+    assert "over an assumed outflow pressure of 0 mmHg" in str(notes["check.wedge-assumed"])
+    said = CliRunner().invoke(app, ["check", str(folder)])
+    assert said.exit_code == 0
+    assert said.output.count("note: ") == 2
+    assert "study.yaml: report.quantities: [VALUE]" in said.output
+    settings = (folder / "study.yaml").read_text("utf-8")
+    (folder / "study.yaml").write_text(f"{settings}\nreport: {{quantities: [PVR]}}\n", "utf-8")
+    header, *rows = (folder / "animals.csv").read_text("utf-8").strip().split("\n")
+    table = [f"{header},wedge [mmHg]", *(f"{row},6" for row in rows), ""]
+    (folder / "animals.csv").write_text("\n".join(table), "utf-8")
+    assert check_study(folder).notes == ()
+
+
 @pytest.mark.parametrize("place", ["study.yaml", "animals.csv", "n.csv"])
 def test_a_pipe_in_place_of_a_file_of_the_study_is_named_and_nobody_waits(make_study, place):
     folder = make_study(animals=1)

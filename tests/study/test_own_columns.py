@@ -280,8 +280,10 @@ def test_an_occasion_that_a_group_lacks_is_named_and_the_page_compares_what_is_l
     said = dict(report_of(cohort, primary, stored.settings.report).answers())
     assert (
         "HPH against CTL in the change after/before: not compared, for nothing is known of CTL, after"
-        in (said["Not compared"])
+        in (said["Left out"])
     )
+    assert said["Left out"].count("not compared") == 1
+    assert "HPH against CTL (compared is HPH against CTL at time before)" in said["Left out"]
     assert "CTL at time before" in said["Pressure and flow"]
     assert "time before in HPH" in said["Pressure and flow"]
 

@@ -26,7 +26,7 @@ from vasowave.base.cures import (
     in_row,
 )
 from vasowave.base.errors import InputError
-from vasowave.base.findings import Finding, sentence
+from vasowave.base.findings import Finding, Severity, sentence
 from vasowave.cli.signatures import OPTIONS, TYPED, VERBOSE
 from vasowave.study import entering
 from vasowave.study import folder as folders
@@ -180,7 +180,8 @@ def problem_lines(problems: "Iterable[folders.StudyProblem]", shell: Shell) -> l
 
 
 def _problem_line(group: "Sequence[folders.StudyProblem]", shell: Shell) -> str:
-    first, grade = group[0], "error" if group[0].error else "warning"
+    first = group[0]
+    grade = {Severity.NOTE: "note", Severity.LOOK: "warning"}.get(first.finding.severity, "error")
     names = list(dict.fromkeys(name for problem in group for name in problem.animals))
     text = str(first)
     if len(group) > 1:

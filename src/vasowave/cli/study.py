@@ -23,6 +23,7 @@ from vasowave.cli.answer import Answer
 from vasowave.cli.app import FAILED, WRONG_INPUT, app
 from vasowave.cli.cures import VALUE, problem_lines, shell_of
 from vasowave.cli.progress import alive, print_text, show_animals, waiting, work_of
+from vasowave.cli.signatures import VERBOSE
 from vasowave.study import animal as animals
 from vasowave.study import datasets, entering, running
 from vasowave.study import folder as folders
@@ -30,6 +31,7 @@ from vasowave.study import report as reports
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
 _STATUS = typer.Argument(help="The folder of a study or of a fit, or a study.yaml.")
+_MAX_WARNINGS = 3  # of animals, told at the end of a run
 _RESULTS = typer.Argument(help="The folder of a study or of a fit.")
 
 
@@ -111,7 +113,7 @@ def add(
     names = {row["animal"] for row in added.rows}
     suffix = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
     print_text(f"{added.table}: {_counted(len(names), 'new row')}{suffix}")
-    problems, read, settings, _ = entering.check_study(place)
+    problems, read, settings, *_ = entering.check_study(place)
     new = [animal for animal in read if animal.animal in names | set(added.updated)]
     if settings is not None and new:
         show_animals([animal.row() for animal in new])
@@ -189,14 +191,14 @@ def check(study: Annotated[Path, _STUDY] = Path(), trust: Annotated[bool, models
 
 def _check(study: Path, answer: Answer) -> int:
     """Check a study, say what is wrong or odd, and return how many errors there are."""
-    problems, read, settings, design = entering.check_study(study)
+    problems, read, settings, design, notes = entering.check_study(study)
     errors = sum(problem.error for problem in problems)
     if settings is not None and read:
         answer.announce("animals", [animal.row() for animal in read])
         answer.announce("text", work_of(read, settings))
     shell = shell_of(study)
     lines = problem_lines(problems, shell)
-    for line in lines:
+    for line in [*lines, *(() if errors else problem_lines(notes, shell))]:
         answer.announce("text", line)
     if settings is not None and not errors:
         running.declare(vw.read_study(study))
@@ -327,8 +329,13 @@ def _run(
         else:
             problems = [folders.StudyProblem(replace(finding, place=Place(animal=name, law=finding.place.law)))
                         for name, findings in done.warnings.items() for finding in findings]  # fmt: skip
-            for line in problem_lines(problems, shell_of(plan.path)):
+            lines = problem_lines(problems, shell_of(plan.path))
+            shown = lines if VERBOSE.get() else lines[:_MAX_WARNINGS]
+            for line in shown:
                 answer.announce("text", line)
+            if len(shown) < len(lines):
+                surplus = _counted(len(lines) - len(shown), "further warning")
+                answer.announce("text", f"{surplus}; all, each by itself: vasowave -v run {_typed(study)}")
         for failure in done.failures:
             typer.echo(f"failed: {failure.animal}: {failure}", err=True)
         if done.failures:
@@ -357,8 +364,8 @@ def _run_and_report(
     run.write(stage="writing the report" if report else run.status.stage)
     with nullcontext() if as_json else alive("writing the report"):
         page = running.report_study(plan.path, pdf, workers or cores(), announce=answers.extend) if report else None
-    for question, answer in answers:
-        announce("line", f"{question}{'' if question.endswith('?') else ':'} {answer}")
+    for question, answer in answers[:1]:
+        announce("line", f"{question}: {answer}")
     if page is not None:
         announce("line", f"Report: {page} ({time.monotonic() - computed:.0f} s)", f"Report: {page} (0 s)")
     return done, page

@@ -579,6 +579,22 @@ def test_a_cohort_whose_sex_is_its_group_says_what_cannot_be_compared_once_and_w
     assert outside == [effect.p < 0.05 for effect in found.effects]
 
 
+def test_what_a_missing_cell_takes_away_is_said_once_for_all_effects_that_need_it():
+    """No animal of HPH was recorded afterwards: neither its change nor that it differs is told."""
+    results = made_results({"CTL": 8, "HPH": 4}, walls=())
+    names = [result.name for result in results]
+    mice = {name: f"M{place // 2 if place < 8 else place}" for place, name in enumerate(names)}
+    times = {name: ("vor", "nach")[place % 2 if place < 8 else 0] for place, name in enumerate(names)}
+    columns = [Variable.from_cells("mouse", mice), Variable.from_cells("time", times)]
+    found = primary_comparison(gathered(results, variables=columns, design=replace(_BY_TIME, covariates=())))
+    assert len(found.untold) > 1
+    said = not_told(found, str)
+    assert len(said) < len(found.untold)
+    assert " ".join(said).count("not compared") == len(said)
+    for missed in found.untold:
+        assert str(dict(missed.finding.values)["effect"]) in " ".join(said)
+
+
 @pytest.mark.parametrize(
     ("images", "untested"),
     [("of each mouse", False), ("of each group", True), pytest.param("one", False, marks=pytest.mark.validation)],

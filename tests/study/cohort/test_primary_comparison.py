@@ -28,6 +28,8 @@ from vasowave.study.cohort import (
     primary_comparison,
     smallest_p,
 )
+from vasowave.study.report import caller
+from vasowave.study.report.answer import group_answer
 
 LABELS = np.arange(7) >= 4
 
@@ -208,6 +210,25 @@ def test_what_the_recording_alone_tells_stands_beside_the_models_with_a_p(cohort
         means = {group: stats.gmean([value(one) for one in results]) for group, results in cohort.groups.items()}
         assert rows["ratio"][name] == pytest.approx(means["HPH"] / means["CTL"], rel=1e-6)
     assert {estimate.quantity for estimate in found.others} == {"I_R", "tau"}
+
+
+def test_an_effect_by_itself_has_the_p_of_a_study_that_asks_for_nothing_else():
+    """In the family of six the output is not shown; as the only question, by the same bootstrap, it is."""
+    results = [changed(result, "measured/quantities", CO=float(result.measured.quantities["CO"]) * factor)
+               for result in made_results({"CTL": 5, "HPH": 5}, walls=())
+               for factor in [1.16 if result.group == "HPH" else 1.0]]  # fmt: skip
+    cohort = gathered(results)
+    found = primary_comparison(cohort)
+    [(effect, p)] = found.shown_alone
+    assert (effect.quantity, effect.p > 0.05, found.stated) == ("CO", True, False)
+    values = [[float(result.measured.quantities["CO"]) for result in group] for group in cohort.groups.values()]
+    assert p == pytest.approx(stats.ttest_ind(*map(np.log, values), equal_var=False).pvalue)
+    named = primary_comparison(cohort, Family(quantities=("CO",)))
+    assert named.stated
+    assert named.effects[0].p == pytest.approx(p, abs=0.01)
+    said, said_of_named = (str(group_answer(one, caller(cohort))) for one in (found, replace(found, stated=True)))
+    assert "Tested alone, it would have been shown: cardiac output CO (p = 0.019)" in said
+    assert "Tested alone" not in said_of_named
 
 
 def test_a_family_says_how_far_it_can_be_relied_on(cohort):

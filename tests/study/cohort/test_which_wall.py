@@ -7,9 +7,10 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from made_cohort import made_results, voting
-from vasowave.base import CLEAR_EVIDENCE_RATIO
+from made_cohort import changed, made_results, voting
+from vasowave.base import CLEAR_EVIDENCE_RATIO, as_json
 from vasowave.pulse.selection import UNDECIDED, aicc
+from vasowave.pulse.solver import STRAINED
 from vasowave.study.animal import PosteriorResult
 from vasowave.study.cohort import (
     DECISIVE_AICC_DIFFERENCE,
@@ -71,7 +72,7 @@ def test_the_difference_of_aicc_is_the_price_of_parameters_and_what_the_residual
     assert (row["residuals low"], row["residuals high"]) == pytest.approx((own.low, own.high))
     assert row["residuals SD"] == pytest.approx(np.std(gaps, ddof=1))
     said = wall_answer(cohort, "linear")[1]
-    assert said.startswith("The residuals do not decide between the linear and the tangent wall (AICc).")
+    assert said.startswith("The residuals do not decide between the linear and the tangent wall (AICc of 3 animals).")
     assert "can look like curvature" in said
 
 
@@ -90,7 +91,7 @@ def test_residuals_that_say_more_than_the_price_decide_for_either_law(cohort_res
     cohort = compared(cohort_results, shift + np.array([-1.0, 0.0, 1.0]))
     said = wall_answer(cohort, "linear")[1]
     other = {"linear": "tangent", "tangent": "linear"}[law]
-    assert said.startswith(f"The residuals speak for the {law} wall against the {other} wall (AICc).")
+    assert said.startswith(f"The residuals speak for the {law} wall against the {other} wall (AICc of 3 animals).")
 
 
 def test_of_one_animal_the_margin_of_the_comparisons_own_verdicts_decides(cohort_results):
@@ -113,6 +114,47 @@ def test_evidences_answer_where_there_are_posteriors_and_aicc_is_not_asked(cohor
     assert "a taper can still look like another wall" in said
 
 
+def overstrained(result, wall):
+    """Return a result whose fit with a wall strains a vessel beyond what an artery survives."""
+    finding, law = STRAINED(percent=140.0, time=0.02).at(vessel="RPAaa"), result.laws[wall]
+    law = replace(law, calibration=law.calibration.assign_attrs(findings=as_json([finding])))
+    return replace(result, laws={**result.laws, wall: law})
+
+
+@pytest.mark.parametrize(("strained", "verdict"), [
+    (1, "The residuals speak for the tangent wall against the linear wall (AICc of 5 of 6 animals)."),
+    (3, "The residuals speak for the tangent wall against the linear wall (AICc of 3 of 6 animals)."),
+    (4, "Not decided between the linear and the tangent wall: a fit of 4 of 6 animals must not be used, for it strains "
+        "a vessel beyond what an artery survives or no wall meets the data; the 2 that remain are too few."),
+    (6, "Not decided between the linear and the tangent wall: a fit of 6 of 6 animals must not be used, for it strains "
+        "a vessel beyond what an artery survives or no wall meets the data; too few remain."),
+])  # fmt: skip
+def test_walls_are_weighed_by_animals_whose_fits_of_both_may_be_used(cohort_results, strained, verdict):
+    results = compared(cohort_results, -12 + np.arange(6.0)).results
+    results = [overstrained(result, "tangent") if place < strained else result for place, result in enumerate(results)]
+    assert wall_answer(gathered(results), "linear")[1].startswith(verdict)
+    weighed_alike = [with_evidence(result, linear=0.0, tangent=np.log(400.0)) for result in results]
+    said = wall_answer(gathered(weighed_alike), "linear")[1]
+    assert said.startswith(verdict if strained > 3 else "The posteriors speak for the tangent wall against")
+    assert strained > 3 or f"Not counted are {strained} of 6 animals with a fit that must not be used." in said
+
+
+def test_an_animal_whose_data_one_wall_alone_misses_speaks_against_that_wall(cohort_results):
+    """Half of the pulse pressure is left by the linear law: that its numbers must not be used is the verdict on it."""
+    results = [changed_residual(result, "linear", 0.5) for result in cohort_results]
+    cohort = compared(results, [-40.0] * 6)
+    assert cohort.forbidden("linear") == cohort.results
+    assert wall_answer(cohort, "linear")[1].startswith("The residuals speak for the tangent wall against the linear")
+    missed_by_both = compared([changed_residual(result, "tangent", 0.5) for result in results], [-40.0] * 6)
+    assert wall_answer(missed_by_both, "linear")[1].startswith("Not decided between the linear and the tangent wall")
+
+
+def changed_residual(result, wall, share):
+    """Return a result whose fit with a wall leaves a share of the pulse pressure."""
+    left = share * float(result.measured.quantities["pPAP"])
+    return changed(result, f"{wall}/calibration", RMSE=left)
+
+
 def test_evidences_for_the_other_law_are_told_the_other_way_round(cohort_results):
     said = wall_answer(weighed(cohort_results, [1 / 50, 1 / 30, 1 / 2000]), "linear")[1]
     assert said.startswith("The posteriors speak for the tangent wall against the linear wall")
@@ -127,7 +169,7 @@ def test_small_ratios_of_many_animals_and_animals_that_differ_decide_nothing(coh
     split = wall_answer(weighed(cohort_results, [5000.0, 0.01, 30.0]), "linear")[1]
     assert split.startswith("The animals differ between the linear and the tangent wall")
     assert "for the linear law in 2 of 3 animals and for the tangent law in 1 of 3 animals" in split
-    assert Evidence("tangent", {"a": CLEAR_EVIDENCE_RATIO, "b": 0.9}, []).side == 0  # together just not clear
+    assert Evidence("tangent", {"a": CLEAR_EVIDENCE_RATIO, "b": 0.9}, {}).side == 0  # together just not clear
 
 
 def test_a_posterior_that_cannot_be_trusted_is_named_and_leaves_the_residuals_to_answer(cohort_results):

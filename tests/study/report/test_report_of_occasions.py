@@ -11,9 +11,9 @@ from scipy import stats
 
 from approval import approve, artists
 from made_cohort import crossed_cohort
-from vasowave.study.cohort import Family, attribution_table, group_means, primary_comparison
+from vasowave.study.cohort import Family, attribution_table, gathered, group_means, primary_comparison
 from vasowave.study.figures import hemodynamics_figure, means_figure, style, waveforms_figure
-from vasowave.study.report import caller, page, report_of
+from vasowave.study.report import caller, number, page, report_of
 from vasowave.study.report.answer import (
     animals_of,
     attribution_answer,
@@ -58,6 +58,26 @@ def test_a_mean_stands_below_its_group_and_occasion_whichever_rows_come_first(le
         for cell, text in zip(table.header[1:], row[1:], strict=True):
             own = pressures(turned, *cell.partition(" (")[0].split(", "))
             assert float(text.split(" ± ")[0]) == pytest.approx(np.mean(own), rel=0.01), cell
+
+
+def test_a_page_says_at_its_means_whether_the_design_made_them_and_gives_the_output_a_minute_too(cohort, text):
+    assert "Measured, means by the design: mean pressure" in re.sub("<[^>]*>", "", text)
+    (animals,) = data.animals_table(cohort)
+    assert "Arithmetic means as measured; the answer compares geometric means by the design" in animals.note
+    assert "PVR: mean pressure above 0 mmHg, assumed" in animals.note
+    (output,) = (row[1:] for row in animals.rows if row[0] == "CO [ml/s]")
+    for cell in output:
+        second, minute = (float(text.split(" ± ")[0]) for text in cell.removesuffix(" ml/min)").split(" ("))
+        assert minute == pytest.approx(60 * second, rel=0.01)
+
+
+def test_a_resistance_above_wedge_pressures_says_which_they_were(cohort):
+    wedged = [replace(result, recording=result.recording.assign(wedge_pressure=6.0 + place))
+              for place, result in enumerate(cohort.results)]  # fmt: skip
+    assert data.outflow(gathered(wedged)) == (
+        f"PVR: mean pressure above the wedge pressure (6.00 to {number(5.0 + len(wedged))} mmHg) over mean flow."
+    )
+    assert f"; in 1 of {len(wedged)} recordings over 0 mmHg" in data.outflow(gathered([cohort.results[0], *wedged[1:]]))
 
 
 def test_a_mean_beside_points_is_that_of_its_occasion(cohort):
@@ -246,9 +266,9 @@ def test_the_change_of_each_group_stands_below_the_lead_and_is_that_of_its_anima
 
 def test_the_figure_of_followed_groups_begins_with_how_they_changed(cohort, primary):
     headings = [row.heading for row in group_rows(cohort, primary, caller(cohort))]
-    assert headings[0].startswith("nach/vor")
-    assert [heading.startswith("nach/vor") for heading in headings] == sorted(
-        (heading.startswith("nach/vor") for heading in headings), reverse=True
+    assert headings[0].startswith("ratio nach/vor")
+    assert [heading.startswith("ratio nach/vor") for heading in headings] == sorted(
+        (heading.startswith("ratio nach/vor") for heading in headings), reverse=True
     )
 
 

@@ -20,7 +20,7 @@ from vasowave.study.cohort.design import Design
 from vasowave.study.cohort.lungs import LungDifferences, lungs_of
 from vasowave.study.cohort.table import cohort_table, columns, rows_of
 from vasowave.study.cohort.variables import Variable
-from vasowave.study.cohort.votes import Ballots, misfits, stored
+from vasowave.study.cohort.votes import Ballots, misfits, stored, unusable_walls
 
 _MAX_LEVELS = 6
 """Levels of a column that are described one by one; a dose or time of more is a number, not a few classes."""
@@ -238,6 +238,11 @@ class Cohort:
         """How well every law meets every animal, see `votes.misfits`."""
         return misfits(self.results)
 
+    @cached_property
+    def unusable(self) -> dict[str, frozenset[str]]:
+        """The laws of every animal that must not be weighed against another, see `votes.unusable_walls`."""
+        return {result.name: frozenset[str]() for result in self.results} | unusable_walls(self.misfits)
+
     def forbidden(self, wall: str) -> list[AnimalResult]:
         """Return the animals of which a law's numbers must not be used: it misses the data or overstrains a vessel."""
         table = self.misfits
@@ -247,7 +252,7 @@ class Cohort:
     @cached_property
     def ballots(self) -> list[Ballots]:
         """What the comparisons of the wall laws came to, animal by animal."""
-        return [stored(result.selection, self.subjects[result.name])
+        return [stored(result.selection, self.subjects[result.name], self.unusable[result.name])
                 for result in self.compared if result.selection is not None]  # fmt: skip
 
     @property

@@ -160,6 +160,13 @@ class Effect(ContrastEstimate):
     apart: bool = False
 
     @property
+    def p_alone(self) -> float:
+        """The p of this effect by itself, as if nothing else had been tested (Student's t, both sides)."""
+        from scipy.special import stdtr
+
+        return float(2 * stdtr(self.freedom, -abs(np.log(self.ratio)) / self.standard_error))
+
+    @property
     def question(self) -> str:
         """The question that the quantity answers."""
         return question_of(self.quantity)

@@ -1,5 +1,6 @@
 """The one primary comparison: a family of quantities declared before, its effects, intervals and p for all at once."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
@@ -42,6 +43,7 @@ from vasowave.study.cohort.independent import (
 )
 from vasowave.study.cohort.lungs import LungDifferences
 from vasowave.study.cohort.missing import Missing, missing_animals
+from vasowave.study.cohort.simultaneous_intervals import LEVEL
 
 
 @settings_class
@@ -59,6 +61,11 @@ class Family:
     """How much the lungs of one group differ: SD of the logarithm of all radii between them. An image that animals
     share is of one lung, so that this moves all of them alike. Empty: 0.09, of mice of one strain, or nearer to what
     the roots' radii show where several lungs of a group were imaged. 0: every lung is like the imaged one."""
+
+    @property
+    def stated(self) -> bool:
+        """Whether a study names its quantities; the default family asks for all at once."""
+        return self.quantities != PRIMARY
 
 
 class Missed(NamedTuple):
@@ -95,6 +102,8 @@ class Primary:
         The change of each group by itself, where a design compares the changes of groups; see `designed.group_changes`.
     lungs : LungDifferences, optional
         How much the lungs of one group differ, which intervals and p of what an image is behind allow for.
+    stated : bool
+        Whether the study names the quantities that are compared.
     """
 
     law: str
@@ -107,6 +116,18 @@ class Primary:
     adjusted: tuple[CovariateEffect, ...] = ()
     changes: tuple[DesignEstimate, ...] = ()
     lungs: LungDifferences | None = None
+    stated: bool = False
+
+    @property
+    def shown_alone(self) -> list[tuple[Effect, float]]:
+        """The effects that are not shown but had been, if their quantity alone had been tested, with their p then.
+
+        That p is corrected for the quantity's own contrasts (Bonferroni).
+        """
+        tested = [effect for effect in self.effects if not effect.untested]
+        contrasts = Counter(effect.quantity for effect in tested)
+        alone = [(effect, contrasts[effect.quantity] * effect.p_alone) for effect in tested if effect.p >= LEVEL]
+        return [(effect, p) for effect, p in alone if p < LEVEL]
 
     def of_group(self, group: str) -> "Primary":
         """Return what is said of one group; intervals and p still hold for all groups at once."""
@@ -135,7 +156,8 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
     _check(cohort, family, law)
     names = family.quantities if law else tuple(name for name in family.quantities if name in MEASURED)
     compare = _by_groups if cohort.design.plain else _by_design
-    return replace(compare(cohort, law, names), missing=missing_animals(cohort, law), lungs=cohort.lungs)
+    return replace(compare(cohort, law, names), missing=missing_animals(cohort, law), lungs=cohort.lungs,
+                   stated=family.stated)  # fmt: skip
 
 
 def _by_groups(cohort: Cohort, law: str, names: Sequence[str]) -> Primary:

@@ -14,6 +14,9 @@ MAX_RESIDUAL_RATIO = 2.0
 """A law that leaves more than this times the residual of the animal's best law misses its data; a law whose vessels are
 strained beyond what an artery survives is no best law."""
 
+MIN_WEIGHED = 3
+"""Animals below which walls are not weighed where others must be left out for a fit that must not be used."""
+
 UNDECIDED_VOTE, DISCARDED_VOTE = "undecided", "discarded"
 CRITERIA = ("AICc", "BIC")
 DECISIVE_AICC_DIFFERENCE = 5.0
@@ -42,6 +45,24 @@ def misfits(results: Iterable[AnimalResult]) -> pd.DataFrame:
             growth = float(dict(strained[wall].values)["percent"]) if wall in strained else np.nan
             rows.append((result.name, result.group, wall, rmse, error, share, over, missed, growth))
     return pd.DataFrame(rows, columns=_COLUMNS)
+
+
+def unusable_walls(misfits: pd.DataFrame) -> dict[str, frozenset[str]]:
+    """Return by animal the laws whose fit must not be weighed against another: of `misfits`, those that overstrain.
+
+    A law that misses the data is spoken against by them, and that counts, unless every law of the animal misses them.
+    """
+    unusable: dict[str, frozenset[str]] = {}
+    for name, rows in misfits.groupby("animal", sort=False):
+        strained = rows["growth"].notna()
+        useless = strained | rows["missed"] if (strained | rows["missed"]).all() else strained
+        unusable[str(name)] = frozenset(rows["wall"][useless])
+    return unusable
+
+
+def enough(weighed: int, left_out: int) -> bool:
+    """Whether so many animals may speak for all: none is left out, or three at least and half of them remain."""
+    return not left_out or weighed >= max(MIN_WEIGHED, left_out)
 
 
 def is_lone(calibration: xr.Dataset) -> bool:
@@ -79,35 +100,39 @@ def ballots(selection: xr.Dataset) -> pd.DataFrame:
 
 
 class Ballots(NamedTuple):
-    """The `ballots` of one recording, the noise model that is likeliest for it, and whose it is where that is known."""
+    """The `ballots` of one recording, the noise model that is likeliest for it, whose it is where that is known, and
+    the laws whose fit must not be weighed (`unusable_walls`).
+    """
 
     table: pd.DataFrame
     likeliest: str
     animal: str = ""
+    unusable: frozenset[str] = frozenset()
 
 
-def stored(selection: xr.Dataset, animal: str = "") -> Ballots:
+def stored(selection: xr.Dataset, animal: str = "", unusable: frozenset[str] = frozenset()) -> Ballots:
     """Return what the comparison of one recording came to."""
     table = ballots(selection)
-    return Ballots(table, str(selection.attrs.get("preferred_covariance", table["covariance"].iloc[0])), animal)
+    likeliest = str(selection.attrs.get("preferred_covariance", table["covariance"].iloc[0]))
+    return Ballots(table, likeliest, animal, unusable)
 
 
 def differences(animals: Sequence[Ballots], reference: str, covariance: str = "") -> pd.DataFrame:
     """Return by how much AICc of every other wall law exceeds that of `reference`, pooled over animals.
 
     Of each recording counts the noise model that is likeliest for it, or the one named; of several recordings of one
-    animal, their mean.
+    animal, their mean. Recordings of which the fit of either law must not be used are left out.
 
     Returns
     -------
     DataFrame
-        One row per law: ``wall, n, mean, low, high, sum, price, residuals, residuals low, residuals high, residuals
-        SD, speaks for``. ``mean`` is the criterion of the law minus that of the reference, by animal; ``low, high`` are
-        the ends of its 95 % interval (Student) from the scatter of the animals. It is the sum of ``price``, what the
-        number of parameters costs whatever the data say, and of ``residuals``, minus twice the difference of the
-        log-likelihoods. Positive numbers speak for the reference. ``speaks for`` is the law that both the whole and the
-        residuals' own part prefer: over all animals by `DECISIVE_AICC_DIFFERENCE` at least and, of several animals,
-        beyond their scatter; empty where there is none.
+        One row per law: ``wall, n, left out, mean, low, high, sum, price, residuals, residuals low, residuals high,
+        residuals SD, speaks for``. ``mean`` is the criterion of the law minus that of the reference, by animal; ``low,
+        high`` are the ends of its 95 % interval (Student) from the scatter of the animals. It is the sum of ``price``,
+        what the number of parameters costs whatever the data say, and of ``residuals``, minus twice the difference of
+        the log-likelihoods. Positive numbers speak for the reference. ``speaks for`` is the law that both the whole and
+        the residuals' own part prefer: over all animals by `DECISIVE_AICC_DIFFERENCE` at least and, of several animals,
+        beyond their scatter; empty where there is none, or where `left out` animals leave too few (`enough`).
     """
     by_wall: dict[str, dict[Hashable, list[tuple[float, float]]]] = {}
     for place, animal in enumerate(animals):
@@ -119,19 +144,21 @@ def differences(animals: Sequence[Ballots], reference: str, covariance: str = ""
             for wall in (law for law in by_law if law != reference):
                 difference = by_law[wall] - by_law[reference]
                 animal_scores = by_wall.setdefault(wall, {}).setdefault(animal.animal or place, [])
-                animal_scores.append((difference, prices[wall] - prices[reference]))
-    return pd.DataFrame([
-        _difference(wall, reference, *np.transpose([np.mean(scores, axis=0) for scores in by_animal.values()]))
-        for wall, by_animal in by_wall.items()
-    ])  # fmt: skip
+                if not {wall, reference} & animal.unusable:
+                    animal_scores.append((difference, prices[wall] - prices[reference]))
+    return pd.DataFrame([_difference(wall, reference, [*by_animal.values()]) for wall, by_animal in by_wall.items()])
 
 
-def _difference(wall: str, reference: str, total: np.ndarray, price: np.ndarray) -> dict[str, object]:
-    residuals, side = total - price, _side(total)
+def _difference(wall: str, reference: str, scores: Sequence[list[tuple[float, float]]]) -> dict[str, object]:
+    """Return the row of a law from the differences and prices of every animal's recordings that may be weighed."""
+    means = np.array([np.mean(of_animal, axis=0) for of_animal in scores if of_animal]).reshape(-1, 2)
+    (total, price), left_out = means.T, len(scores) - len(means)
+    residuals, side = total - price, _side(total) if enough(len(means), left_out) else 0
     columns = ("mean", "low", "high"), ("residuals", "residuals low", "residuals high")
     intervals = {label: end for names, values in zip(columns, (total, residuals), strict=True)
                  for label, end in zip(names, _mean_and_interval(values), strict=True)}  # fmt: skip
-    return {"wall": wall, "n": len(total), "sum": float(total.sum()), "price": float(price.mean())} | intervals | {
+    return {"wall": wall, "n": len(total), "left out": left_out, "sum": float(total.sum()),
+            "price": _mean_and_interval(price)[0]} | intervals | {
         "residuals SD": float(residuals.std(ddof=1)) if len(residuals) > 1 else np.nan,
         "speaks for": (reference if side > 0 else wall) if side and side == _side(residuals) else "",
     }  # fmt: skip
@@ -151,7 +178,8 @@ def _price(parameters: int, samples: int) -> float:
 def _mean_and_interval(values: np.ndarray) -> tuple[float, float, float]:
     from scipy.special import stdtrit
 
-    mean, n = float(values.mean()), len(values)
+    n = len(values)
+    mean = float(values.mean()) if n else np.nan
     if n < 2:
         return mean, np.nan, np.nan
     reach = float(stdtrit(n - 1, TAILS[-1]) * values.std(ddof=1) / np.sqrt(n))

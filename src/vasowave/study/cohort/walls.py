@@ -10,9 +10,14 @@ from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.estimates import Estimates, estimates_of
 from vasowave.study.cohort.pooling import Interval, LogEstimate, pooled_mean
+from vasowave.study.cohort.votes import enough
 
 _GRID_MEANS, _GRID_SPREADS = 801, 41  # of the grid on which the likelihood is maximized
 _GRID_REACH = 8.0  # of the grid beyond the outermost values, in scales of the animals and their errors
+
+
+UNTRUSTED, UNUSABLE = "a posterior that cannot be trusted", "a fit that must not be used"
+"""Why animals are not weighed."""
 
 
 class Evidence(NamedTuple):
@@ -22,8 +27,8 @@ class Evidence(NamedTuple):
     ratios: dict[str, float]
     """By animal: how many times as likely its recording is under the reference law as under `wall`, all that is unknown
     integrated out."""
-    untrusted: list[str]
-    """Animals one of whose posteriors cannot be trusted; they are not among the ratios."""
+    left_out: dict[str, str]
+    """Animals that are not among the ratios: `UNTRUSTED` or `UNUSABLE`."""
 
     @property
     def clear(self) -> tuple[int, int]:
@@ -32,12 +37,24 @@ class Evidence(NamedTuple):
         return int((values >= CLEAR_EVIDENCE_RATIO).sum()), int((values <= 1 / CLEAR_EVIDENCE_RATIO).sum())
 
     @property
+    def enough(self) -> bool:
+        """Whether the animals that are left may speak for all."""
+        return enough(len(self.ratios), self.unusable)
+
+    @property
+    def unusable(self) -> int:
+        """How many are left out for a fit that must not be used."""
+        return [*self.left_out.values()].count(UNUSABLE)
+
+    @property
     def side(self) -> int:
-        """1 where the animals together speak for the reference, -1 for `wall`, 0 for neither.
+        """1 where the animals together speak for the reference, -1 for `wall`, 0 for neither or where too few are left.
 
         They do where some animal does clearly, none clearly against it, and the product of all ratios is clear. Small
         ratios of many animals alone decide nothing: an image that the animals share moves all of them alike.
         """
+        if not self.enough:
+            return 0
         together = float(np.sum(np.log(list(self.ratios.values()))))
         sign = 0 if abs(together) < np.log(CLEAR_EVIDENCE_RATIO) else int(np.sign(together))
         favorable, contrary = self.clear[::sign] if sign else (0, 0)
@@ -56,11 +73,13 @@ def evidences(cohort: Cohort, reference: str) -> list[Evidence]:
         posteriors = {wall: result.laws[wall].posterior for wall in logs.index}
         trusted = {wall: posterior is not None and posterior.trusted for wall, posterior in posteriors.items()}
         for wall in (law for law in logs.index if law != reference):
-            evidence = evidence_by_wall.setdefault(wall, Evidence(wall, {}, []))
-            if trusted[wall] and trusted[reference]:
+            evidence = evidence_by_wall.setdefault(wall, Evidence(wall, {}, {}))
+            if {wall, reference} & cohort.unusable[result.name]:
+                evidence.left_out[result.name] = UNUSABLE
+            elif trusted[wall] and trusted[reference]:
                 evidence.ratios[result.name] = float(np.exp(np.clip(logs[reference] - logs[wall], -700, 700)))
             else:
-                evidence.untrusted.append(result.name)
+                evidence.left_out[result.name] = UNTRUSTED
     return list(evidence_by_wall.values())
 
 
@@ -144,15 +163,17 @@ class Exponent(NamedTuple):
     """Those fitted, and of them those whose search stopped at the lower and at the upper bound."""
     drawn: bool
     """Whether it comes from posteriors."""
+    left_out: int = 0
+    """Animals whose fit must not be used."""
 
     @property
     def side(self) -> int:
-        """1 where the wall stiffens more than a linear one, -1 where less, 0 where that is open."""
-        return int(self.low > self.linear) - int(self.high < self.linear)
+        """1 where the wall stiffens more than a linear one, -1 where less, 0 where that is open or animals too few."""
+        return enough(self.animals, self.left_out) * (int(self.low > self.linear) - int(self.high < self.linear))
 
 
 def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
-    """Return the exponent of a law; None if it has none.
+    """Return the exponent of a law; None if it has none, or no fit with it may be used.
 
     Of several animals it is pooled on logarithms: from their posteriors, where all have one that can be trusted, else
     from their fits (`pooled_censored`). An animal whose search stopped at a bound counts as one that lies beyond it. Of
@@ -162,10 +183,11 @@ def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
     stiffenings = [
         (result, stiffens)
         for result in reversed(firsts.values())
-        if (stiffens := result.laws[wall].stiffening) is not None
+        if (stiffens := result.laws[wall].stiffening) is not None and wall not in cohort.unusable[result.name]
     ]
     if not stiffenings:
         return None
+    left_out = sum(wall in cohort.unusable[result.name] for result in firsts.values())
     results, exponents = [result for result, _ in stiffenings], [stiffens["exponent"] for _, stiffens in stiffenings]
     name, linear = str(exponents[0].attrs["parameter"]), float(exponents[0].attrs["linear_at"])
     drawn = estimates_of(results, wall, name)
@@ -176,7 +198,7 @@ def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
         pooled = _of_fits(results, wall, exponents, beyond)
     below, above = int((beyond < 0).sum()), int((beyond > 0).sum())
     value, low, high = np.exp(pooled).tolist()
-    return Exponent(name, linear, value, low, high, len(exponents), below, above, drawn.origin == "posterior")
+    return Exponent(name, linear, value, low, high, len(exponents), below, above, drawn.origin == "posterior", left_out)
 
 
 def _of_fits(results: list[AnimalResult], wall: str, exponents: list[xr.DataArray], beyond: np.ndarray) -> Interval:

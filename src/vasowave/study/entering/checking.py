@@ -10,7 +10,7 @@ import numpy as np
 
 from vasowave.base.cures import UNKNOWN, RemoveAnimal, SetCells, SetSetting
 from vasowave.base.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
-from vasowave.base.findings import ITSELF, Finding, FindingKind, Place, Severity, Value, error_kind, look_kind
+from vasowave.base.findings import ITSELF, Finding, FindingKind, Place, Severity, Value, error_kind, kind, look_kind
 from vasowave.base.io.remembered import made_once
 from vasowave.base.io.textfile import look
 from vasowave.base.sites import PULMONARY
@@ -70,6 +70,21 @@ WEDGE_OF_NONE = look_kind(
     "Give the wedge of every recording, or say with the results that it was not measured.",
     SetCells("Give its wedge pressure", (("wedge [mmHg]", UNKNOWN),)),
 )
+WEDGE_ASSUMED = kind(
+    "check.wedge-assumed",
+    Severity.NOTE,
+    "no recording has a wedge pressure: PVR, R_T and the measured decay are over an assumed outflow pressure of "
+    "0 mmHg; {remedy}",
+    "say so with the results, or give the wedge pressure where it was measured",
+    SetCells("Give its wedge pressure", (("wedge [mmHg]", UNKNOWN),)),
+)
+UNNAMED = kind(
+    "check.no-primary-quantity",
+    Severity.NOTE,
+    "{count} quantities are tested together, so that each must differ by more to be shown; {remedy}",
+    "if one is the question, name it before anybody sees results: a p of one that was chosen afterwards does not hold",
+    SetSetting("Name the question", "report.quantities", f"[{UNKNOWN}]"),
+)
 _WEDGED_SPECIES = "dog", "pig", "human"  # whose right hearts are catheterized with a balloon
 PAPER_BOUNDS = look_kind(
     "check.paper-bounds",
@@ -126,14 +141,15 @@ SAME_SIGNAL = error_kind(
 
 
 class Checked(NamedTuple):
-    """The problems in the order of the files, what was read of every animal whose files are in order, and the design in
-    words, if it is in order.
+    """The problems in the order of the files, what was read of every animal whose files are in order, the design in
+    words, if it is in order, and what is assumed where the study says nothing.
     """
 
     problems: list[StudyProblem]
     read: list[AnimalRead]
     settings: StudyFile | None
     design: str = ""
+    notes: tuple[StudyProblem, ...] = ()
 
 
 def check_study(path: Path) -> Checked:
@@ -164,11 +180,13 @@ def check_study(path: Path) -> Checked:
             animals.append((row, loaded))
         except VasowaveError as error:
             problems.append(unreadable(error, place, row.files.values()))
-    problems += _unwedged(study)
+    problems += [*_unwedged(study), *_unnamed(study, document)]
     problems += _half_known(study)
     problems += _breaths(study, {row.animal: loaded.animal.recording for row, loaded in animals})
     problems += _once([*doubled_animals(study), *_alike(study, animals), *_of_one_recording(study, animals)])
-    return Checked(one_per_cause(problems), read, named.settings, design)
+    notes = tuple(problem for problem in problems if problem.finding.severity is Severity.NOTE)
+    wrong = [problem for problem in problems if problem not in notes]
+    return Checked(one_per_cause(wrong), read, named.settings, design, notes)
 
 
 def _unwedged(study: Study) -> list[StudyProblem]:
@@ -177,9 +195,18 @@ def _unwedged(study: Study) -> list[StudyProblem]:
     species, place = study.settings.species, Place(str(study.table), part="column 'wedge [mmHg]'")
     if wedged and len(wedged) < len(study.animals):
         return [StudyProblem(WEDGE_OF_SOME(count=len(wedged), all=len(study.animals)).placed(place))]
-    if study.animals and not wedged and species in _WEDGED_SPECIES and study.settings.site == PULMONARY:
-        return [StudyProblem(WEDGE_OF_NONE(species=species).placed(place))]
-    return []
+    if not study.animals or wedged or study.settings.site != PULMONARY:
+        return []
+    finding = WEDGE_OF_NONE(species=species) if species in _WEDGED_SPECIES else WEDGE_ASSUMED()
+    return [StudyProblem(finding.placed(place))]
+
+
+def _unnamed(study: Study, document: Document) -> list[StudyProblem]:
+    """Return the offer to name one quantity as the question, where groups are compared by all at once."""
+    if len({row.group for row in study.animals}) < 2 or study.settings.report.stated:
+        return []
+    finding = UNNAMED(count=len(study.settings.report.quantities))
+    return [StudyProblem(finding.placed(document.place(("report",), key=True)))]
 
 
 def _breaths(study: Study, recordings: dict[str, Recording]) -> list[StudyProblem]:
@@ -345,7 +372,7 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
     Any stretch of it counts: an animal that is analyzed twice is one, and doubles what a study rests on.
     """
     problems = []
-    for kind, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle"), (SAME_LOOPS, "loops")):
+    for double_kind, title in ((SAME_RECORDING, "recording"), (SAME_VENTRICLE, "ventricle"), (SAME_LOOPS, "loops")):
         first = dict[str, AnimalRow]()
         for row in study.animals:
             files = row.recordings if title == "recording" else filter(None, [getattr(row, title)])
@@ -354,7 +381,7 @@ def doubled_animals(study: Study) -> list[StudyProblem]:
             for content in _contents([*files]):
                 earlier_row = first.setdefault(content + in_file, row)
                 if earlier_row is not row and not _meant(row, earlier_row):
-                    problems.append(_doubled(study, row, earlier_row, kind, title))
+                    problems.append(_doubled(study, row, earlier_row, double_kind, title))
                     break
     return problems
 

@@ -14,6 +14,7 @@ _OWN = {
     "AICc": "Akaike's information criterion, corrected for small samples; lower is better (eq. 21)",
     "BIC": "Bayesian information criterion; lower is better (eq. 22)",
     "τ": "time constant of the diastolic decay, measured (eq. 12)",
+    "CO": "cardiac output, mean flow; 1 ml/s is 60 ml/min",
     "IQR": "from the first to the third quartile",
     "RMSE": "root-mean-square residual of the pressure; where flow is compared, its pulse counts as the pressure's",
 }

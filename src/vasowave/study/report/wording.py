@@ -141,6 +141,11 @@ def unit(text: str) -> str:
     return "" if text == "1" else text.replace("cm2", "cm²").replace("mmHg2", "mmHg²").replace("s2", "s²")
 
 
+def also_read(text: str) -> list[tuple[str, float]]:
+    """Return units in which physiologists read a quantity beside its own, and how many of them are one of it."""
+    return [("ml/min", 60.0)] if text == "ml/s" else []
+
+
 def name_and_unit(label: object) -> tuple[str, str]:
     """Split the name of a column, ``"S [mmHg2]"``, into name and unit."""
     name, written = split_unit(str(label))
@@ -221,9 +226,9 @@ def with_unit(label: object, written: dict[str, str]) -> str:
     return f"{written.get(name, name)} [{unit}]" if unit else written.get(name, name)
 
 
-def mean_sd(row: pd.Series) -> str:
-    """Return mean ± SD of a row of `describe`."""
-    return with_error(float(row["mean"]), float(row["SD"]))
+def mean_sd(row: pd.Series, factor: float = 1.0) -> str:
+    """Return mean ± SD of a row of `describe`, times a factor."""
+    return with_error(factor * float(row["mean"]), factor * float(row["SD"]))
 
 
 def median_iqr(row: pd.Series) -> str:

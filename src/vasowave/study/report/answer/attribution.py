@@ -17,12 +17,12 @@ _SHARES = (
     "the shares add up to the change. Heart: flow and rate; geometry: the image. Pair by pair: supplement, Attribution."
 )
 _OCCASIONS = (
-    "Mean over animals [95 %], mmHg, between the two occasions, each interval alone. At the same ratio a group of "
+    "Mean over animals [95 %], mmHg, between the two occasions. At the same ratio a group of "
     "higher pressure changes by more mmHg: whether ratios differ, the answer says. "
 )
 _GROUPS = (
     "Mean over pairs of animals [95 %], mmHg. Intervals hold the scatter of animals and errors of the radii of shared "
-    "images, for each number alone. "
+    "images. "
 )
 _ALONE = (
     "Mean [95 %] of what the fitted models of the group do if one component alone is exchanged for that of the "
@@ -31,12 +31,20 @@ _ALONE = (
 )
 
 
-def attribution_answer(cohort: Cohort) -> list[tuple[str, str]]:
-    """Return the question and the answer of a cohort that knows what made its groups; none of others."""
+def attribution_answer(cohort: Cohort, tested: int = 1) -> list[tuple[str, str]]:
+    """Return the question and the answer of a cohort that knows what made its groups; none of others.
+
+    Its intervals hold alone, those of the answer for all effects `tested`.
+    """
     texts = [f"{_head(changed)}: {_shares(changed)}." for changed in cohort.changes]
     texts += [f"{title}: {', '.join(_shown(means, name) for name, means in of_quantities.items())}."
               for title, of_quantities in _differences(cohort)]  # fmt: skip
-    table = ["The tables below have all shares, and what would change."] if attribution_summary(cohort) else []
+    alone = (
+        f". Each interval there and here holds alone; the answer's are corrected for {tested} comparisons, and where "
+        "they differ, the answer decides what is shown"
+    ) if tested > 1 else ""  # fmt: skip
+    below = f"The tables below have all shares with intervals, and what would change{alone}."
+    table = [below] if attribution_summary(cohort) else []
     return [(_question(cohort), " ".join([*texts, *table]))] if texts else []
 
 
@@ -108,12 +116,12 @@ def _shares(changed: GroupAttribution) -> str:
 
 
 def _shown(means: pd.DataFrame, name: str) -> str:
-    """Return the change of a quantity, which is the first row, its shares that are shown, and what is not shown."""
+    """Return the change of a quantity (the first row), the shares whose interval leaves out 0, and what lies around it."""
     change = f"{_QUANTITIES[name]} {_signed(means.iloc[0])} {QUANTITIES[name].unit}"
     shares = means.drop("change").sort_values("mean", key=np.abs, ascending=False)
     unclear = (shares["low"] <= 0) & (shares["high"] >= 0)
-    shown = [f"{component} {_signed(row)}" for component, row in shares[~unclear].iterrows()]
-    unshown = f"not shown: {listed(list(map(str, shares.index[unclear])))}" if unclear.any() else ""
+    shown = [f"{component} {_signed(row).partition(' ')[0]}" for component, row in shares[~unclear].iterrows()]
+    unshown = f"around 0: {listed(list(map(str, shares.index[unclear])))}" if unclear.any() else ""
     return f"{change} ({'; '.join([text for text in (', '.join(shown), unshown) if text])})"
 
 

@@ -10,7 +10,7 @@ from vasowave.pulse.quantities import QUANTITIES, described, question_of
 from vasowave.study.cohort.effects import ContrastEstimate, ContrastLabel, DesignEffect, Effect, grouped
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.answer.marks import Mark
-from vasowave.study.report.wording import LIMIT, listed, number, probability, ratio_with_interval, unit
+from vasowave.study.report.wording import LIMIT, also_read, listed, number, probability, ratio_with_interval, unit
 
 MAX_LETTERS = 40  # of a name in a sentence
 SMALL = 0.8, 1.25
@@ -173,8 +173,14 @@ def effect_text(effect: Effect, called: Called, mark: Mark) -> str:
 
 
 def change(effect: Effect) -> str:
-    """Return the means of the two groups with their unit, ``13.5 → 21.5 mmHg``."""
-    return f"{number(effect.mean_reference)} → {number(effect.mean_group)} {unit(effect.unit)}".rstrip()
+    """Return the means of the two groups with their unit, ``13.5 → 21.5 mmHg``; how both changed, ``× 0.9, × 0.7``."""
+    if effect.contrast.kind == "interaction":
+        return f"× {number(effect.mean_reference)}, × {number(effect.mean_group)}"
+    units = [(unit(effect.unit), 1.0), *also_read(effect.unit)]
+    means = (effect.mean_reference, effect.mean_group)
+    return " = ".join(
+        f"{' → '.join(number(factor * mean) for mean in means)} {name}".rstrip() for name, factor in units
+    )
 
 
 def limit(effects: Sequence[Effect]) -> str:
@@ -183,15 +189,18 @@ def limit(effects: Sequence[Effect]) -> str:
     return f"a factor of {np.ceil(round(100 * factor, 6)) / 100:.2f}"
 
 
-def numbers(effects: Sequence[Effect], called: Called, mark: Mark, between: str) -> list[str]:
+def numbers(effects: Sequence[Effect], called: Called, mark: Mark, between: str, brief: bool = False) -> list[str]:
     """Return the sentences on the effects of one question: each standing, and of each what takes no image first.
 
-    `between` what they are stands in the first one.
+    `between` what they are stands in the first one. Where `brief`, what is undecided is named alone: its numbers stand
+    in the figure.
     """
     sentences: list[str] = []
     for verdict, of_verdict in by_standing(effects).items():
         for source, of_source in grouped(of_verdict, lambda effect: effect.source).items():
-            texts = listed([effect_text(effect, called, mark) for effect in of_source])
+            alone = brief and verdict is EffectVerdict.OPEN
+            texts = listed([called(effect.quantity) if alone else effect_text(effect, called, mark)
+                            for effect in of_source])  # fmt: skip
             sentences.append(f"{_headed(verdict, of_source, source, '' if sentences else between)}: {texts}.")
     return sentences
 
@@ -202,7 +211,10 @@ def _headed(verdict: EffectVerdict, effects: Sequence[Effect], source: str, betw
         whence = "" if effects[0].question == question_of("mPAP") else "without any image"
     bound = f" {limit(effects)}" if verdict is EffectVerdict.SMALL else ""
     start = "" if verdict is EffectVerdict.SHOWN else f"{verdict}{bound}"
-    text = ", ".join(filter(None, (f"{start} {between}".strip() if start else "", whence))) or "measured"
+    modeled = isinstance(effects[0], DesignEffect) and effects[0].contrast.kind != "interaction"
+    means = "means by the design" if modeled and verdict is not EffectVerdict.OPEN else ""
+    heads = [f"{start} {between}".strip() if start else "", whence]
+    text = ", ".join(filter(None, (*(heads if any(heads) else ["measured"]), means)))
     return f"{text[0].upper()}{text[1:]}"
 
 
@@ -214,11 +226,3 @@ def names(effects: Sequence[Effect], called: Called) -> str:
 def sentence(text: str) -> str:
     """Return a text as a sentence."""
     return f"{text[0].upper()}{text[1:]}."
-
-
-def separated(effects: Sequence[Effect], called: Called, chances: Sequence[float]) -> str:
-    """Name the quantities in which no animal of one group lies among the other, and how often chance does that."""
-    disjoint = [called(effect.quantity) for effect in effects if effect.apart]
-    scope = "" if len(disjoint) == len(effects) == 1 else f" in {listed(disjoint)}"
-    share = number(100 * max(chances), 2)
-    return f"The groups do not overlap{scope}, which chance alone does in {share} % of quantities."

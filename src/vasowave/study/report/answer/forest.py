@@ -73,7 +73,7 @@ def _heading(effect: Effect, several: bool) -> str:
     if not isinstance(effect, DesignEffect):
         return f"{effect.question}: {short(contrast.group, 20)}"
     sides = " / ".join(short(side, _MAX_LETTERS) for side in (contrast.group, contrast.reference) if side)
-    text = f"{contrast.change}: {sides}" if contrast.change else sides
+    text = f"ratio {contrast.change}: {sides}" if contrast.change else sides
     return "\n".join(wrap(text, _MAX_LETTERS, break_long_words=False))
 
 

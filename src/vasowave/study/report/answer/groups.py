@@ -1,18 +1,19 @@
 """The differences of the groups: who differs how in one sentence, the numbers for each question, how sure they are."""
 
 from collections.abc import Sequence
-from math import comb
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
 
 from vasowave.base.errors import InputError
+from vasowave.base.findings import Finding, Value
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.cohort.contrast import MIN_FREEDOM
 from vasowave.study.cohort.design import laid_out
 from vasowave.study.cohort.effects import DesignEffect, Effect, GroupEffect, grouped
 from vasowave.study.cohort.guard import RULES, PopulationShape, doubts_of
-from vasowave.study.cohort.primary import Primary
+from vasowave.study.cohort.primary import Missed, Primary
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.answer.effects import (
     MAX_LETTERS,
@@ -28,21 +29,30 @@ from vasowave.study.report.answer.effects import (
     place_in_lead,
     plain,
     sentence,
-    separated,
     standing,
     verdict_on,
     where,
 )
 from vasowave.study.report.answer.marks import Mark, unmarked
-from vasowave.study.report.wording import LIMIT, listed, number, ratio_with_interval, span, unlimited
+from vasowave.study.report.wording import (
+    LIMIT,
+    listed,
+    number,
+    probability,
+    ratio_with_interval,
+    some_of,
+    span,
+    unlimited,
+)
 
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
 
-_MAX_NAMED = 3  # undecided quantities in the lead of several comparisons
+_MAX_NAMED = 3  # undecided quantities in the lead of several comparisons, and those shown alone
 
 THE_ANSWER, RESTS_ON, HOW_SURE = "The answer", "What does this rest on?", "How sure is this?"
 """The titles of the sentence that answers the question of a study, and of what is read after its numbers."""
+ONE_QUESTION = "What if one quantity had been the question?"
 
 
 class StudyAnswer(NamedTuple):
@@ -73,15 +83,32 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     by_contrast = grouped(_leading(effects), lambda effect: effect.contrast)
     brief = len(grouped(effects, lambda effect: effect.contrast)) > 1
     first = [_first(of_contrast, called, crossed, brief) for of_contrast in by_contrast.values()]
-    questions: dict[str, list[str]] = {}
+    questions: dict[str, list[str]] = {ONE_QUESTION: texts} if (texts := shown_alone(primary, called)) else {}
     for (question, _), asked in grouped(effects, lambda effect: (effect.question, effect.contrast)).items():
-        questions.setdefault(question, []).append(_numbers(asked, called, mark, crossed))
+        questions.setdefault(question, []).append(_numbers(asked, called, mark, crossed, brief))
     answers = [(question, " ".join(texts)) for question, texts in questions.items()]
     count = tested(effects)
-    many = f"They and p are corrected for {count} comparisons. " if count > 1 else ""
+    many = f"Those of ratios and p are corrected for {count} comparisons, all others hold alone. " if count > 1 else ""
     corrected = f"Brackets are 95 % intervals. {many}A p near 1 does not say that groups are equal."
     sure = [*([corrected] if count else []), *sureness(effects), *_least_shown(effects, called)]
     return StudyAnswer(first, answers, sure)
+
+
+def shown_alone(primary: Primary, called: Called) -> list[str]:
+    """Say what would have been shown as the only question, where the study names none, and what that is worth."""
+    alone = [] if primary.stated else primary.shown_alone
+    if not alone:
+        return []
+    several = len(labels(primary.effects)) > 1
+    named = some_of([f"{called(effect.quantity)} ({f'{effect.contrast}, ' if several else ''}{probability(p)})"
+                     for effect, p in sorted(alone, key=itemgetter(1))], _MAX_NAMED)  # fmt: skip
+    count = len({effect.quantity for effect in primary.effects if not effect.untested})
+    subject = "each of these" if len(alone) > 1 else "it"
+    return [
+        f"The study names none, so that {count} quantities were tested together. Tested alone, {subject} would have "
+        f"been shown: {named}. Such a p holds only where that question was fixed before anybody saw the results; "
+        "else it is a plan for the next study (`report.quantities` in study.yaml)."
+    ]
 
 
 def _leading(effects: Sequence[Effect]) -> Sequence[Effect]:
@@ -102,6 +129,7 @@ def _first(effects: Sequence[Effect], called: Called, crossed: Crossing, brief: 
     for verdict, of_verdict in effects_by_standing.items():
         detail = " (neither shown nor excluded)" if verdict is EffectVerdict.OPEN else ""
         detail = f" {limit(of_verdict)}" if verdict is EffectVerdict.SMALL else detail
+        detail = " (animals share an image of unknown error)" if verdict is EffectVerdict.UNTESTED else detail
         counted = brief and verdict is EffectVerdict.OPEN and len(of_verdict) > _MAX_NAMED
         named = f"{len(of_verdict)} quantities, see below" if counted else names(of_verdict, called)
         clauses.append(f"{verdict}{detail}: {named}")
@@ -114,15 +142,12 @@ def _condition(effects: Sequence[Effect]) -> str:
     return f" ({listed([*dict.fromkeys(sizes)])} animals), if logarithms are normal" if sizes else ""
 
 
-def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, crossed: Crossing) -> str:
-    """Return the verdict on one question and the numbers behind it."""
+def _numbers(effects: Sequence[Effect], called: Called, mark: Mark, crossed: Crossing, brief: bool) -> str:
+    """Return the verdict on one question and the numbers behind it, where `brief` of what is decided."""
     _, between = where(effects[0].contrast, crossed)
     shown = by_standing(effects).get(EffectVerdict.SHOWN)
     sentences = [] if shown is None else [sentence(verdict_on(shown, called, crossed))]
-    sentences += numbers(effects, called, mark, "" if shown is not None else between)
-    sizes = [(effect.n_reference, effect.n_group) for effect in effects if effect.smallest_p >= CLEAR and effect.apart]
-    if sizes:
-        sentences.append(separated(effects, called, [2 / comb(a + b, a) for a, b in sizes]))
+    sentences += numbers(effects, called, mark, "" if shown is not None else between, brief)
     return " ".join(sentences)
 
 
@@ -130,11 +155,23 @@ def not_told(primary: Primary, called: Called) -> list[str]:
     """Return what a design does not tell and why; of which quantities where it tells it of others."""
     quantities = {effect.quantity for effect in primary.effects}
     quantities |= {name for missed in primary.untold for name in missed.quantities}
-    return [
-        f"{missed.finding}"
-        + ("" if quantities == {*missed.quantities} else f" (of {listed([*map(called, missed.quantities)])})")
-        for missed in primary.untold
-    ]
+    texts = []
+    for (code, values, untold), alike in grouped(primary.untold, _reason).items():
+        effects = listed([_with_instead(**dict(missed.finding.values)) for missed in alike])
+        of_some = "" if quantities == {*untold} else f" (of {listed([*map(called, untold)])})"
+        texts.append(f"{Finding(code, (('effect', effects), ('instead', ''), *values))}{of_some}")
+    return texts
+
+
+def _with_instead(effect: Value, instead: Value, **_: Value) -> str:
+    """Return an effect that is not told, with what is in its place."""
+    return f"{effect} ({str(instead).removeprefix('; ')})" if instead else str(effect)
+
+
+def _reason(missed: Missed) -> tuple[str, tuple[tuple[str, Value], ...], tuple[str, ...]]:
+    """Return why an effect is not told, and of which quantities: what is the same of several effects is said once."""
+    values = tuple((name, value) for name, value in missed.finding.values if name not in ("effect", "instead"))
+    return missed.finding.code, values, missed.quantities
 
 
 def sureness(effects: Sequence[Effect]) -> list[str]:
@@ -198,18 +235,20 @@ def tested(effects: Sequence[Effect]) -> int:
 
 def _least_shown(effects: Sequence[Effect], called: Called) -> list[str]:
     """Say how large undecided effects must be to be shown by animals that vary as these do."""
-    several = len(labels(effects)) > 1 or isinstance(effects[0], DesignEffect)
-    sizes = [
-        f"{plain(effect.quantity, called)}{f' ({effect.contrast})' if several else ''} "
-        f"{number(float(np.sqrt(effect.high / effect.low)), 2)}"
-        for effect in effects
-        if standing(effect) is EffectVerdict.OPEN and not unlimited(effect.low, effect.high)
-    ]
-    if not sizes:
+    open_effects = [effect for effect in effects
+                    if standing(effect) is EffectVerdict.OPEN and not unlimited(effect.low, effect.high)]  # fmt: skip
+    if not open_effects:
         return []
+    several = len(labels(effects)) > 1 or isinstance(effects[0], DesignEffect)
+    by_subject = grouped(
+        open_effects, lambda effect: str(effect.contrast) if several else plain(effect.quantity, called)
+    )
+    sizes = [f"{subject} {span(np.array([np.sqrt(effect.high / effect.low) for effect in rows]), 2)}"
+             for subject, rows in by_subject.items()]  # fmt: skip
     return [
         f"With animals that vary as these do, what is undecided would be shown by a found ratio of about these or more "
-        f"(one over them or less): {listed(sizes)}. `vasowave plan` says how many animals show smaller ones."
+        f"(one over them or less): {listed(sizes)}{', by quantity' if several else ''}. "
+        "`vasowave plan` says how many animals show smaller ones."
     ]
 
 

@@ -86,16 +86,6 @@ def _image_pressure(cohort: Cohort) -> list[str]:
     ]
 
 
-def no_wedge(cohort: Cohort) -> list[str]:
-    """Say where resistances count from 0 mmHg for want of a pressure behind the beds; of one animal its answers do."""
-    without = [result for result in cohort.results if "wedge_pressure" not in result.recording]
-    if cohort.single or not without:
-        return []
-    whose = "" if len(without) == len(cohort.results) else f" of {len(without)} of {len(cohort.results)} recordings"
-    return [f"No wedge pressure{whose} is given: PVR, R_T, R_T C_T and the measured decay count from 0 mmHg. With one "
-            "they are smaller, and their ratios between groups change."]  # fmt: skip
-
-
 def shared_images(cohort: Cohort) -> list[str]:
     """Say where one lung stands for several animals: how lungs of a group differ is then not measured."""
     if cohort.single or not cohort.walls:

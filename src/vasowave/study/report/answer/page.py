@@ -31,12 +31,12 @@ from vasowave.study.report.answer.groups import (
     sensitivity,
     tested,
 )
-from vasowave.study.report.answer.limits import basis, model_limits, no_wedge, shared_images
+from vasowave.study.report.answer.limits import basis, model_limits, shared_images
 from vasowave.study.report.answer.marks import Marks
 from vasowave.study.report.answer.problem_list import overstrained, problem_blocks
 from vasowave.study.report.answer.walls import wall_answer
 from vasowave.study.report.blocks import Answers, Block, Bullets, Drawing, Section, SideBySide
-from vasowave.study.report.sections.data import animals_table
+from vasowave.study.report.sections.data import animals_table, wedge_pressures
 from vasowave.study.report.terms import caller, defined
 from vasowave.study.report.wording import UNLIMITED, listed, nearest, number, undecided, unlimited
 
@@ -84,10 +84,12 @@ def _answers(
     first, *answers = answer.items(basis(cohort, primary, called), doubts_text(cohort, primary)) or [
         (THE_ANSWER, "Nothing could be compared.")
     ]
+    if not wedge_pressures(cohort) and any(effect.quantity == "PVR" for effect in primary.effects):
+        first = first[0], f"{first[1]} Vascular resistance is over an assumed outflow pressure of 0 mmHg."
     return [
         first,
         *design,
-        *attribution_answer(cohort),
+        *attribution_answer(cohort, tested(primary.effects)),
         *answers,
         *marks.legend(answers, written),
         *_not_compared(primary, called),
@@ -106,7 +108,7 @@ def _not_compared(primary: Primary, called: Called) -> list[tuple[str, str]]:
     clauses = not_told(primary, called)
     for reason, omissions in grouped(primary.left_out, attrgetter("reason")).items():
         clauses.append(f"{', '.join(short(omission.describe(called), 60) for omission in omissions)}: {reason}")
-    return [("Not compared", f"{'; '.join(clauses)}.")] if clauses else []
+    return [("Left out", f"{'; '.join(clauses)}.")] if clauses else []
 
 
 def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[Block]:
@@ -203,7 +205,7 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
-    statements = [*no_wedge(cohort), *model_limits(cohort, primary.law, written)]
+    statements = model_limits(cohort, primary.law, written)
     statements += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
     statements += sensitivity(primary, called)
     blocks: list[Block] = [Bullets(statements)] if statements else []

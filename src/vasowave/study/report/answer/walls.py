@@ -1,11 +1,13 @@
 """The answer to 'Which wall?': by the posteriors where there are any, else by the residuals, pooled over animals."""
 
+from collections import Counter
+
 import numpy as np
 import pandas as pd
 
 from vasowave.base.descriptions import CLEAR_EVIDENCE_RATIO
 from vasowave.study.cohort.cohort import Cohort
-from vasowave.study.cohort.votes import differences
+from vasowave.study.cohort.votes import differences, enough
 from vasowave.study.cohort.walls import Evidence, Exponent, evidences, exponent_of
 from vasowave.study.report.wording import listed, number, with_interval
 
@@ -17,7 +19,7 @@ _MOST_RATIOS = 4
 
 def wall_answer(cohort: Cohort, law: str) -> tuple[str, str]:
     """Return question and answer."""
-    weighed = [evidence for evidence in evidences(cohort, law) if evidence.ratios]
+    weighed = [evidence for evidence in evidences(cohort, law) if evidence.ratios or not evidence.enough]
     sentences = [_evidence(evidence, law, cohort) for evidence in weighed]
     by_residuals = _by_residuals(cohort, law, {evidence.wall for evidence in weighed})
     exponents = [(wall, exponent) for wall in cohort.walls if (exponent := exponent_of(cohort, wall)) is not None]
@@ -37,6 +39,8 @@ def wall_answer(cohort: Cohort, law: str) -> tuple[str, str]:
 
 def _evidence(evidence: Evidence, law: str, cohort: Cohort) -> str:
     """Say what the evidences of one pair of laws come to, and how many animals are clear."""
+    if not evidence.enough:
+        return _too_few(law, evidence.wall, len(evidence.ratios), evidence.unusable)
     side, (favorable, contrary) = evidence.side, evidence.clear
     better, worse = (evidence.wall, law) if side < 0 else (law, evidence.wall)
     n = len(evidence.ratios)
@@ -53,10 +57,19 @@ def _evidence(evidence: Evidence, law: str, cohort: Cohort) -> str:
     clear = "" if cohort.single else f"; {CLEAR_EVIDENCE_RATIO:g} times or more {cleared}"
     text = f"{verdict}: by their evidences the recording is {_times(ratios)} as likely under the {better} law as "
     text += f"under the other{clear}."
-    if not evidence.untrusted:
-        return text
-    untrusted = f"{len(evidence.untrusted)} of {len(cohort.results)} animals"
-    return f"{text} Not counted are {untrusted} with a posterior that cannot be trusted."
+    left_out = [f"{count} of {len(cohort.results)} animals with {reason}"
+                for reason, count in Counter(evidence.left_out.values()).items()]  # fmt: skip
+    return f"{text} Not counted are {listed(left_out)}." if left_out else text
+
+
+def _too_few(law: str, wall: str, weighed: int, left_out: int) -> str:
+    """Say why two walls are not weighed against each other."""
+    remain = f"the {weighed} that remain are too few" if weighed > 1 else "too few remain"
+    of_count = "" if weighed + left_out == 1 else f" of {left_out} of {weighed + left_out} animals"
+    return (
+        f"Not decided between the {law} and the {wall} wall: a fit{of_count} must not be used, for it strains a vessel "
+        f"beyond what an artery survives or no wall meets the data{f'; {remain}' if of_count else ''}."
+    )
 
 
 def _times(ratios: np.ndarray) -> str:
@@ -86,16 +99,23 @@ def _by_residuals(cohort: Cohort, law: str, answered: set[str]) -> list[str]:
 
 def _residuals(table: pd.DataFrame, law: str) -> list[str]:
     """Say between which laws the residuals decide, by AICc; the supplement has its table."""
-    decided, undecided = table[table["speaks for"] != ""], table[table["speaks for"] == ""]
-    sentences = [
-        f"The residuals speak for the {row['speaks for']} wall against the "
-        f"{row['wall'] if row['speaks for'] == law else law} wall (AICc)."
-        for _, row in decided.iterrows()
+    sentences, undecided = [], dict[str, list[str]]()
+    for _, row in table.iterrows():
+        wall, preferred, weighed, left_out = (row[label] for label in ("wall", "speaks for", "n", "left out"))
+        source = (
+            f"AICc of {weighed}{f' of {weighed + left_out}' if left_out else ''} animals" if weighed > 1 else "AICc"
+        )
+        if not enough(weighed, left_out):
+            sentences.append(_too_few(law, wall, weighed, left_out))
+        elif preferred:
+            worse = wall if preferred == law else law
+            sentences.append(f"The residuals speak for the {preferred} wall against the {worse} wall ({source}).")
+        else:
+            undecided.setdefault(source, [law]).append(wall)
+    return sentences + [
+        f"The residuals do not decide between {listed([f'the {wall}' for wall in walls])} wall ({source})."
+        for source, walls in undecided.items()
     ]
-    if len(undecided):
-        walls = listed([f"the {wall}" for wall in (law, *undecided["wall"])])
-        sentences.append(f"The residuals do not decide between {walls} wall (AICc).")
-    return sentences
 
 
 def _exponent(wall: str, exponent: Exponent, repeated: bool) -> str:
@@ -111,6 +131,7 @@ def _exponent(wall: str, exponent: Exponent, repeated: bool) -> str:
         about.append(f"{exponent.animals} animals pooled{firsts}" + (f", of them {listed(bounds)}" if bounds else ""))
     else:
         about += [f"the search stopped at its {end} bound" for end, _ in ends]
+    about += [f"{exponent.left_out} not counted, whose fits must not be used"] if exponent.left_out else []
     return f"{verdict}: {_range(exponent)} ({'; '.join(about)})."
 
 

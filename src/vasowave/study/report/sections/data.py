@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.base.io.columns import split_unit
 from vasowave.pulse.quantities import INDICES
 from vasowave.study.animal.result import AnimalResult
 from vasowave.study.cohort.cohort import Cohort
@@ -20,11 +21,13 @@ from vasowave.study.figures.measured import ventricle_figure
 from vasowave.study.report.blocks import Block, Drawing, Section, Table
 from vasowave.study.report.wording import (
     Row,
+    also_read,
     animal_cells,
     mean_sd,
     named,
     nearest,
     number,
+    span,
     symbols,
     with_error,
     with_unit,
@@ -121,19 +124,43 @@ def hemodynamics(cohort: Cohort) -> Table:
     groups = [f"{cell} ({cohort.count(cell)})" for cell in cohort.cells]
     header = ("index", *(["measured"] if cohort.single else groups))
     meanings = cohort.meanings
-    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings)
+    note = "; ".join(f"{name}: {meanings[name]}" for name in INDICES if name in meanings and name != "PVR")
     caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
-    return Table("HemoStats", caption, header, _means(cohort, data), f"{note}.", data)
+    return Table("HemoStats", caption, header, _means(cohort, data), f"{note}. {outflow(cohort)}", data)
+
+
+def wedge_pressures(cohort: Cohort) -> list[float]:
+    """Return the wedge pressures of the recordings that have one, mmHg."""
+    recordings = [result.recording for result in cohort.results]
+    return [float(recording["wedge_pressure"]) for recording in recordings if "wedge_pressure" in recording]
+
+
+def outflow(cohort: Cohort) -> str:
+    """Say over what pressure behind the beds the resistance is computed."""
+    pressures, count = wedge_pressures(cohort), len(cohort.results)
+    if not pressures:
+        return (
+            "PVR: mean pressure above 0 mmHg, assumed for want of a wedge pressure, over mean flow; above a wedge "
+            "pressure PVR, R_T and the measured decay are smaller, and their ratios between groups change."
+        )
+    scope = f"; in {count - len(pressures)} of {count} recordings over 0 mmHg" if len(pressures) < count else ""
+    return f"PVR: mean pressure above the wedge pressure ({span(np.array(pressures))} mmHg{scope}) over mean flow."
 
 
 def _means(cohort: Cohort, data: pd.DataFrame) -> list[Row]:
     """Return a row for each quantity of `describe`: its symbol, and mean ± SD of every group, in the header's order."""
-    texts = {(row["quantity"], row["group"]): mean_sd(row) for _, row in data.iterrows()}
+    texts = {(row["quantity"], row["group"]): _mean(row) for _, row in data.iterrows()}
     written = symbols(cohort)
     return [
         (with_unit(label, written), *(texts.get((label, cell), "–") for cell in cohort.cells))
         for label in data["quantity"].unique()
     ]
+
+
+def _mean(row: pd.Series) -> str:
+    """Return mean ± SD, and in brackets in further units that people read."""
+    further = [f" ({mean_sd(row, factor)} {unit})" for unit, factor in also_read(split_unit(row["quantity"])[1])]
+    return "".join([mean_sd(row), *further])
 
 
 def animals_table(cohort: Cohort) -> list[Table]:
@@ -148,7 +175,9 @@ def animals_table(cohort: Cohort) -> list[Table]:
         (variable.label, *(_summary(variable, cell.results) for cell in cohort.cells.values())) for variable in shown
     ]
     header = ("mean ± SD", *(f"{cell} ({cohort.count(cell)})" for cell in cohort.cells))
-    note = "Arithmetic means; the answer compares geometric ones."
+    plain = cohort.design.plain
+    means = "geometric ones" if plain else "geometric means by the design, which adjusts them"
+    note = f"Arithmetic means{'' if plain else ' as measured'}; the answer compares {means}. {outflow(cohort)}"
     return [Table("Animals", "Table 1. The animals", header, [*first, *_means(cohort, data)], note, data)]
 
 

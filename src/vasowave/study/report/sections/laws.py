@@ -139,7 +139,7 @@ def preference_table(cohort: Cohort, law: str) -> Table:
     columns = {
         "wall": lambda row: str(row["wall"]),
         "noise model": lambda row: str(row["noise"]),
-        "animals": lambda row: str(row["n"]),
+        "animals": lambda row: f"{row['n']} of {row['n'] + row['left out']}",
         f"AICc minus that of the {law} wall, per animal [95 %]": lambda row: interval(row, "mean", "low", "high"),
         "fixed price of parameters": lambda row: number(row["price"], 2),
         "residuals' own part [95 %]": lambda row: interval(row, "residuals", "residuals low", "residuals high"),
@@ -151,7 +151,8 @@ def preference_table(cohort: Cohort, law: str) -> Table:
         "and the residuals' own part, minus twice the log-likelihood. Intervals are Student's, from the scatter of the "
         "animals. A law is named where the whole and the residuals' own part "
         f"both speak for it, beyond that scatter and by {DECISIVE_AICC_DIFFERENCE:g} over all animals. "
-        "What the noise model changes, the data have not decided."
+        "What the noise model changes, the data have not decided. Animals of which a fit of either law must not be "
+        "used are left out; where they leave too few, no law is named."
     )
     if evidences(cohort, law):
         note += " Which wall is answered by the evidences of posteriors; AICc, beside them, takes the image as exact."

@@ -163,7 +163,8 @@ def _blood(cohort: Cohort) -> str:
     friction = dict(blood.get("friction", {}))
     layers = np.array([boundary_layer(float(blood["viscosity"]), result.period) for result in cohort.results])
     return (
-        f" Blood had density {blood['density']} g/ml and kinematic viscosity {blood['viscosity']} cm²/s (boundary "
+        f" Blood had density {number(blood['density'], 4)} g/ml and kinematic viscosity "
+        f"{number(blood['viscosity'])} cm²/s (boundary "
         f"layer {span(layers)} cm); friction was that of {friction_words(friction.pop('law', ''), friction)}."
     )
 
@@ -187,7 +188,7 @@ def _calibration(cohort: Cohort) -> str:
     starts = sorted({int(fit.sizes["start"]) for wall in cohort.walls for fit in cohort.calibrations(wall)})
     bounds = "the bounds of Qureshi et al." if shared.get("paper_bounds") else "wide bounds (table of bounds)"
     bounds_note = f", own bounds for {listed(list(shared['bounds']))}" if shared.get("bounds") else ""
-    held = ", ".join(f"{name} = {value}" for name, value in (shared.get("fixed") or {}).items())
+    held = ", ".join(f"{name} = {number(value)}" for name, value in (shared.get("fixed") or {}).items())
     free = "; ".join(f"{wall}: {_free(cohort, wall)}" for wall in cohort.walls)
     return (
         "The sum S of squared differences between measured and simulated waveforms at the inlet (eq. 14) was minimized "
