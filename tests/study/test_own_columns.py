@@ -12,8 +12,8 @@ from vasowave.base import InputError
 from vasowave.study.animal import to_bytes
 from vasowave.study.cohort import PopulationShape, doubts_of, laid_out, primary_comparison
 from vasowave.study.folder import understood
-from vasowave.study.report import Notice, Paragraph, report_of, supplement_of
-from vasowave.study.report.answer import group_answer
+from vasowave.study.report import Notice, Paragraph, Report, report_of, supplement_of
+from vasowave.study.report.answer import answer_sections, group_answer
 from vasowave.study.report.sections import methods_section
 from vasowave.study.results import ResultStore, animal_key, read_results, write_results
 from vasowave.study.running import RECORD, declare, inspect_study, read_study
@@ -148,6 +148,9 @@ def test_what_is_declared_is_kept_with_its_time_and_a_later_change_is_said_in_me
     assert [one.seen for one in stored.declared] == [False, True]
     assert stored.declared[1].changes(stored.declared[0]) == ["quantities"]
     assert "when results were there already: quantities." in methods_of(stored)
+    cohort, family = stored.gathered(stored.in_order(), "CTL"), stored.settings.report
+    (section, *_) = answer_sections(cohort, primary_comparison(cohort, family), family)
+    assert "Changed when results were there already: quantities (" in str(Report("", "", "", "", [section]).answers())
     (tmp_path / RECORD).write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match=r"declared\.json: damaged"):
         declare(study)

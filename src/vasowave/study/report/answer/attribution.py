@@ -116,7 +116,7 @@ def _shares(changed: GroupAttribution) -> str:
 
 
 def _shown(means: pd.DataFrame, name: str) -> str:
-    """Return the change of a quantity (the first row), the shares whose interval leaves out 0, and what lies around it."""
+    """Return the change of a quantity, its first row, the shares whose interval leaves out 0, and the other ones."""
     change = f"{_QUANTITIES[name]} {_signed(means.iloc[0])} {QUANTITIES[name].unit}"
     shares = means.drop("change").sort_values("mean", key=np.abs, ascending=False)
     unclear = (shares["low"] <= 0) & (shares["high"] >= 0)

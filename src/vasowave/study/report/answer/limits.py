@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -178,15 +179,26 @@ def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
 
 def basis(cohort: Cohort, primary: Primary, called: Called) -> list[str]:
     """Return sentences on the images and errors behind the answer, and on the lungs that would change it."""
-    if not primary.law or not primary.effects:
+    if not primary.effects:
         return []
+    if not primary.law:
+        return _changed_later(cohort)
     images = shared_images(cohort)
     organ = _organ(cohort)
     lungs = [*_lungs(primary, organ), *_tipping(primary.effects, called, organ)] if images else []
     drawn = any(effect.origin == "posterior" for effect in primary.effects)
     measured = any(effect.source == "measured" for effect in primary.effects)
     without_image = ["No image is behind numbers that are measured."] if measured else []
-    return [*images, *assumed_errors(cohort.results, drawn), *lungs, *without_image]
+    return [*_changed_later(cohort), *images, *assumed_errors(cohort.results, drawn), *lungs, *without_image]
+
+
+def _changed_later(cohort: Cohort) -> list[str]:
+    """Say what was declared otherwise before there were results."""
+    names = {name: None for before, after in pairwise(cohort.declared) if after.seen for name in after.changes(before)}
+    if not names:
+        return []
+    return [f"Changed when results were there already: {listed(list(names))} (Methods say from what); p and intervals "
+            "do not allow for such a choice."]  # fmt: skip
 
 
 def _lungs(primary: Primary, organ: str) -> list[str]:
