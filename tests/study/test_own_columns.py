@@ -324,6 +324,19 @@ def test_a_design_that_leaves_few_degrees_of_freedom_says_so_in_check_and_on_the
     assert f"differs from 1 by about {100 * (least - 1):.2g} " in said
 
 
+def test_a_covariate_in_which_the_groups_differ_is_named_with_what_it_costs(tmp_path, results):
+    """√(1/(1 - r²)) times the interval, r being the correlation of group and weight."""
+    study = make(tmp_path, results, "design: {covariates: [weight]}\n")
+    weights = {row.animal: 20.0 + place % 10 * 0.5 + 4 * (row.group == "CTL")
+               for place, row in enumerate(study.animals)}  # fmt: skip
+    with_cell(study, "weight [g]", lambda row: str(weights[row["animal"]]))
+    finding = found(tmp_path)["design.costly-covariates"].finding
+    r = np.corrcoef([row.group == "CTL" for row in study.animals], [*weights.values()])[0, 1]
+    assert dict(finding.values)["factor"] == pytest.approx(np.sqrt(1 / (1 - r**2)))
+    with_cell(study, "weight [g]", lambda row: str(weights[row["animal"]] - 4 * (row["group"] == "CTL")))
+    assert "design.costly-covariates" not in found(tmp_path)
+
+
 def test_a_word_of_one_mouse_is_said_with_its_lines_and_the_word_that_is_meant(tmp_path, results):
     study = make(tmp_path, results)
     with_cell(study, "sex", lambda row: "male" if row["mouse"] == "M1" else row["sex"])

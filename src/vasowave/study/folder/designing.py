@@ -6,6 +6,8 @@ Also what the rows of one animal say of it: a property that differs between them
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from operator import attrgetter
 
+import numpy as np
+
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Place, error_kind, look_kind
 from vasowave.base.settings import AT_ODDS
@@ -22,6 +24,7 @@ from vasowave.study.report.wording import listed, some_of
 
 _MIN_ANIMAL_SHARE = 1 / 3  # of the animals
 _MAX_NAMED_ANIMALS = 3  # animals, in a sentence
+_MAX_WIDENING = 1.5  # times, of an interval by covariates
 FEW_LEFT = look_kind(
     "design.few-left", "of {animals} animals {left} are left to tell how animals scatter: intervals will be wide, and "
     "what differs may not be shown; {remedy}", "name fewer covariates and blocks, or add animals",
@@ -33,6 +36,12 @@ FEW_DEGREES = look_kind(
     "error ({many:.2g} times with many animals); {remedy}",
     "name fewer covariates, blocks, quantities or contrasts, or add animals",
 )
+COSTLY = look_kind(
+    "design.costly-covariates",
+    "{effects}: adjusted for {columns} the interval is {factor:.2g} times as wide, since the groups differ in it; "
+    "{remedy}",
+    "leave out a covariate that the disease itself changes (as the weight of sick animals), or add animals alike in it",
+)  # fmt: skip
 SEVERAL_GROUPS = error_kind(
     "design.several-groups", "{subject} {rows}: an animal is of one group; {remedy}",
     "correct the cells, and give animals of two groups two names. If an animal was in one group after the other, write "
@@ -125,7 +134,7 @@ def _odd(study: Study, place: Place) -> Iterator[StudyProblem]:
     animals_left = layout.left_for_scatter(design.blocks)
     if animals_left < _MIN_ANIMAL_SHARE * len(study.animals):
         of_all.append(FEW_LEFT(animals=len(layout.animals), left=animals_left))
-    of_all += _few_degrees(study, layout)
+    of_all += [*_few_degrees(study, layout), *_costly(layout, design.covariates)]
     yield from (StudyProblem(finding.placed(place)) for finding in of_all)
     if design.subject and not design.occasion and not layout.repeated:
         yield _placed(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
@@ -151,6 +160,19 @@ def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
             side = 1 - 0.025 / rows  # Bonferroni's bound: the rows are judged together
             times, many = (float(quantile) for quantile in (stdtrit(max(freedom, 1), side), ndtri(side)))
             yield FEW_DEGREES(effects="; ".join(effects), freedom=freedom, rows=rows, times=times, many=many)
+
+
+def _costly(layout: Layout, covariates: Sequence[str]) -> Iterator[Finding]:
+    """Yield which comparisons covariates widen, by least squares with one variance."""
+    if not covariates or layout.repeated:
+        return
+    counts, inverse = np.bincount(layout.cell, minlength=len(layout.cells)), np.linalg.pinv(layout.fixed)
+    for contrast in layout.contrasts:
+        in_use = contrast.weights != 0
+        plain = float((contrast.weights[in_use] ** 2 / counts[in_use]).sum())
+        factor = float(np.linalg.norm(contrast.weights @ layout.means @ inverse)) / np.sqrt(plain)
+        if factor > _MAX_WIDENING:
+            yield COSTLY(effects=contrast.text, columns=listed(list(covariates)), factor=factor)
 
 
 def _odd_occasions(study: Study, subject: str, occasion: str) -> Iterator[StudyProblem]:
