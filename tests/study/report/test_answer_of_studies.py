@@ -181,11 +181,8 @@ def test_the_answer_rests_on_the_errors_that_were_told_and_on_usual_ones_for_the
     text = study.answers["What does this rest on"]
     assert "Each group has one imaged lung" in text
     errors = re.search(r"allow for these errors \(SD\): (.+?)\. [A-Z]", text)[1]
-    drawn = {name: size for name, size in USUAL.items() if name not in ("taper of vessels", "gain of the flow")}
-    sizes, source = {
-        "default": (USUAL, "usual values; the study gives none"), "told": (STATED, "stated"),
-        "posterior": (drawn, "usual values; the study gives none"),  # tapers, gains are drawn only where they are told
-    }[study.kind]  # fmt: skip
+    usual = (USUAL, "usual values; the study gives none")
+    sizes, source = {"default": usual, "told": (STATED, "stated"), "posterior": usual}[study.kind]
     assert errors.endswith(f" ({source})")
     found = re.findall(r"(?:^|, | and )([a-z ]+?) ([0-9.]+(?: %| mmHg)?)(?=,| and | \()", errors)
     assert dict(found) == sizes
