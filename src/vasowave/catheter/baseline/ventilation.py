@@ -144,20 +144,12 @@ class Expiration(NamedTuple):
 
         Pressures are by convention those at end-expiration, an output is one over the breath: it asks for a look.
         """
-        moves = dict(zip(("pressure", "flow"), self.breath_moves, strict=True))
-        shares = {"pressure": moves["pressure"] / pressure, "flow": moves["flow"] / flow}
-        if max(map(abs, shares.values())) < rules.no_breath:
+        moves = self.breath_moves[0] / pressure, self.breath_moves[1] / flow
+        if max(map(abs, moves)) < rules.no_breath:
             return []
-        kind = BREATH_MOVES_FLOW if abs(shares["flow"]) > rules.tells_of_flow else BREATH_MOVES
-        finding = kind(
-            pressure=pressure,
-            flow=flow,
-            breath_pressure=pressure + moves["pressure"],
-            breath_flow=flow + moves["flow"],
-            pressure_percent=100 * shares["pressure"],
-            flow_percent=100 * shares["flow"],
-        )
-        return [finding]
+        kind = BREATH_MOVES_FLOW if abs(moves[1]) > rules.tells_of_flow else BREATH_MOVES
+        return [kind(pressure=pressure, breath_pressure=pressure * (1 + moves[0]), pressure_percent=100 * moves[0],
+                     flow=flow, breath_flow=flow * (1 + moves[1]), flow_percent=100 * moves[1])]  # fmt: skip
 
 
 def mark_inspiration(
@@ -166,49 +158,28 @@ def mark_inspiration(
 ) -> Expiration:  # fmt: skip
     """Reject the beats whose mean pressure or flow stands off the end-expiratory level, and return that level.
 
-    Parameters
-    ----------
-    reasons : list of Finding or None
-        Are added to.
-    starts, ends : float array, shape (beat,)
-        Of the beats, s.
-    means : pair of float arrays, shape (beat,)
-        Mean pressure, mmHg, its drift removed, and mean flow, ml/s.
-    shapes : pair of float arrays, shape (sample,)
-        The usual beat of both.
-    sample : float, optional
-        Time between the samples of which they were cut, s.
-    rules : VentilationRules, optional
+    Times are in s; `means` are those of the beats' pressure, its drift removed, and flow, `shapes` their usual beats;
+    `sample` is the time between samples. `reasons` are added to.
     """
-    lengths = ends - starts
-    shaped = np.array([not reason for reason in reasons], dtype=bool)
-    cut = rules.cut_samples * sample / float(np.median(lengths))
-    expiration = _expiration(reasons, 0.5 * (starts + ends), lengths, means, shapes, cut, rules)
+    lengths, time, shape = ends - starts, 0.5 * (starts + ends), shapes[0]
+    good = np.array([not reason for reason in reasons], dtype=bool)
+    breaths, led = _breaths(time, lengths, means, good, rules)
+    if (led.any() and not breaths) or not good.any():
+        return Expiration()
+    levels, cut = means[0] - led, rules.cut_samples * sample / float(np.median(lengths))
+    no_breath = max(rules.no_breath * abs(shape.mean()), cut * abs(shape.mean() - shape[0]))
+    if _repeats(breaths, levels, good, no_breath, rules):
+        expiration = _by_phase(reasons, breaths, float(levels.mean()), no_breath, rules)
+    else:
+        expiration = _by_level(reasons, time, levels, no_breath, rules)
     expired = np.array([not reason for reason in reasons], dtype=bool)
     if not expired.any():
         return expiration
     pressure, flow = (
-        np.average(mean[shaped], weights=lengths[shaped]) - np.average(mean[expired], weights=lengths[expired])
+        float(np.average(mean[good], weights=lengths[good]) - np.average(mean[expired], weights=lengths[expired]))
         for mean in means
     )
-    return expiration._replace(breath_moves=(float(pressure), float(flow)))
-
-
-def _expiration(
-    reasons: list[Rejection], time: np.ndarray, lengths: np.ndarray, means: tuple[np.ndarray, np.ndarray],
-    shapes: tuple[np.ndarray, np.ndarray], cut: float, rules: VentilationRules,
-) -> Expiration:  # fmt: skip
-    """Reject the beats of inspiration, and return how the others stand to end-expiration; see `mark_inspiration`."""
-    good = np.array([not reason for reason in reasons], dtype=bool)
-    breaths, led = _breaths(time, lengths, means, good, rules)
-    means = (means[0] - led, means[1])
-    if (led.any() and not breaths) or not good.any():
-        return Expiration()
-    shape = shapes[0]
-    no_breath = max(rules.no_breath * abs(shape.mean()), cut * abs(shape.mean() - shape[0]))
-    if _repeats(breaths, means[0], good, no_breath, rules):
-        return _by_phase(reasons, breaths, float(means[0].mean()), no_breath, rules)
-    return _by_level(reasons, time, means[0], no_breath, rules)
+    return expiration._replace(breath_moves=(pressure, flow))
 
 
 def _breaths(

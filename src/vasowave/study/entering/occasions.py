@@ -182,10 +182,9 @@ def _beside_first(names: Sequence[Sequence[str]], marks: Sequence[_Mark | None])
     longest_first = sorted(first, key=lambda called: len(called[-1]), reverse=True)
     found = [mark or next(filter(None, (_beside(of_file, called) for called in longest_first)), None)
              for of_file, mark in zip(names, marks, strict=True)]  # fmt: skip
-    animals_of = Counter(level for level, _ in {(mark.level, _key(mark.remainder)) for mark in found if mark})
-    several = {level for level, count in animals_of.items() if count > 1 and level not in BASELINE_WORDS}
-    followed = {_key(mark.remainder) for mark in found if mark and mark.level in several}
-    return [told or (mark if mark and (mark.level in several or _key(mark.remainder) not in followed) else None)
+    counts = Counter(level for level, _ in {(mark.level, _key(mark.remainder)) for mark in found if mark})
+    followed = {_key(mark.remainder) for mark in found if mark and not _begins(mark.level) and counts[mark.level] > 1}
+    return [told or (mark if mark and (counts[mark.level] > 1 or _key(mark.remainder) not in followed) else None)
             for told, mark in zip(marks, found, strict=True)]  # fmt: skip
 
 
