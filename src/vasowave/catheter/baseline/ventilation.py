@@ -45,7 +45,7 @@ class VentilationRules:
     locked : float
         Concentration of the beats' phases, 0 to 1, from which on breaths are locked to the beat.
     plateau_beats : float
-        With so many beats a breath at one level, that is end-expiration, also of locked breaths.
+        With fewer beats a breath at its end, locked breaths are not known to rest there.
     scatter_sd : float
         Without a breath, a beat further off the mean than this many SD is none of the usual ones.
     serial_sd, normal_p : float
@@ -53,8 +53,6 @@ class VentilationRules:
         distribution above this.
     min_scatter_beats : int
         Of fewer beats neither is known.
-    locked_error : float
-        Share of the height of locked breaths by which the mean pressure may be off where fewer beats share a level.
     """
 
     low_share: float = 0.12
@@ -66,7 +64,6 @@ class VentilationRules:
     tells: float = 0.04
     tells_of_flow: float = 0.02
     locked: float = 0.9
-    locked_error: float = 0.25
     plateau_beats: float = 1.8
     scatter_sd: float = 4.0
     serial_sd: float = 2.6
@@ -94,12 +91,6 @@ RESTS_HIGH = look_kind(
     "longer than expiration, it is the lower end, and the mean pressure is {height:.2g} mmHg lower",
     _BREATHS,
     AVERAGE_BREATHS,
-)
-LOCKED = look_kind(
-    "recording.breath-locked",
-    "breaths keep step with the heart ({beats:.2g} beats a breath), so that what a breath of {height:.2g} mmHg "
-    "does within a beat cannot be told from the beat; the mean pressure may be off by {error:.2g} mmHg",
-    "Choose a stretch in which heart and ventilator do not keep step.",
 )
 _BOTH_MEANS = (
     "at end-expiration, as averaged, the mean pressure is {pressure:.3g} mmHg and the mean flow {flow:.3g} ml/s; over "
@@ -226,7 +217,7 @@ def _rests(stretches: list[np.ndarray], rules: VentilationRules) -> Rest:
     return "lower" if low > rules.longer * high else "upper" if high > rules.longer * low else "neither"
 
 
-def _said(rests: Rest, height: float, rate: float, limit: float) -> tuple[Finding, ...]:
+def _doubts(rests: Rest, height: float, rate: float, limit: float) -> tuple[Finding, ...]:
     """Return what is said of breaths higher than a limit, mmHg, so many a second."""
     if rests in ("", "lower") or height <= limit:
         return ()
@@ -254,19 +245,16 @@ def _by_phase(
     courses = [_course(breath, rules) for breath in breaths]
     rests = _rests([levels for levels, *_ in courses], rules)
     height, beats, rate = max((height, beats, breath.rate) for breath, (_, height, beats) in zip(breaths, courses))
-    findings = _said(rests, height, rate, rules.tells * mean)
-    if rests == "neither":
-        return Expiration(rests, findings=findings)
     off = np.concatenate([breath.at(breath.time) - (levels.max() if rests == "upper" else levels.min())
                           for breath, (levels, *_) in zip(breaths, courses, strict=True)])  # fmt: skip
-    near, error = rules.low_share * height, 0.0
-    if beats and np.mean(np.abs(off) < near) * beats < rules.plateau_beats:
-        error = rules.locked_error * height
-        locked = (LOCKED(beats=beats, height=height, error=error),)
-        findings += locked if height > rules.tells * mean else ()
-    used = _mark(reasons, off, max(near, no_breath))
-    lifted = float(off[used].mean()) if used.any() else 0.0
-    return Expiration(rests, float(np.hypot(error, 0.5 * lifted)), findings)
+    reach = rules.low_share * height
+    if beats and np.mean(np.abs(off) < reach) * beats < rules.plateau_beats:
+        rests = "neither"
+    findings = _doubts(rests, height, rate, rules.tells * mean)
+    if rests == "neither":
+        return Expiration(rests, findings=findings)
+    used = _mark(reasons, off, max(reach, no_breath))
+    return Expiration(rests, 0.5 * abs(float(off[used].mean())) if used.any() else 0.0, findings)
 
 
 def _mark(reasons: list[Rejection], off: np.ndarray, limit: float) -> np.ndarray:
@@ -288,15 +276,19 @@ def _by_level(
     breathes = high - low > 2.0 * no_breath and not _is_scatter(levels, rules)
     rests = _rests([levels], rules) if breathes else ""
     if rests in ("lower", "upper"):
-        middle, spread = _narrowest_quarter(np.sort(levels), upper=rests == "upper")
-        limit = rules.outlier_sd * spread
+        ordered, count = np.sort(levels), max(2, (len(levels) + 3) // 4)
+        half = ordered[len(levels) // 2 :] if rests == "upper" else ordered[: (len(levels) + 1) // 2]
+        widths = half[count - 1 :] - half[: len(half) - count + 1]
+        first = int(np.argmin(widths))
+        middle = 0.5 * float(half[first] + half[first + count - 1])
+        limit = rules.outlier_sd * 0.5 * float(widths[first]) / 0.319  # times the SD of a normal as narrow
     else:
         middle = float(np.median(levels))
         limit = rules.scatter_sd * 1.48 * float(np.median(np.abs(levels - middle)))  # times the SD of a normal
     _mark(reasons, means - middle, max(limit, no_breath))
     sides = np.digitize(levels, [low + (high - low) / 3, high - (high - low) / 3])
     rate = float(np.sum(np.diff(sides[sides != 1]) > 0) / np.ptp(time))
-    return Expiration(rests, findings=_said(rests, float(high - low), rate, rules.tells * float(levels.mean())))
+    return Expiration(rests, findings=_doubts(rests, float(high - low), rate, rules.tells * float(levels.mean())))
 
 
 def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
@@ -313,16 +305,3 @@ def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
         return False
     thinned = means[:: -(-count // _MAX_SHAPIRO)]
     return float(shapiro(thinned).pvalue) > rules.normal_p
-
-
-def _narrowest_quarter(ordered: np.ndarray, upper: bool) -> tuple[float, float]:
-    """Return the middle of the narrowest interval with a quarter of all values in one half of them, and its SD.
-
-    The SD is that of a normal distribution as narrow.
-    """
-    count = max(2, (len(ordered) + 3) // 4)
-    half = ordered[len(ordered) // 2 :] if upper else ordered[: (len(ordered) + 1) // 2]
-    count = min(count, len(half))
-    widths = half[count - 1 :] - half[: len(half) - count + 1]
-    first = int(np.argmin(widths))
-    return float(0.5 * (half[first] + half[first + count - 1])), 0.5 * float(widths[first]) / 0.319

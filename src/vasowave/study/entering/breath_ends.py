@@ -1,15 +1,18 @@
 """At which part of the breath the pressures of a study's recordings are averaged, and whether that is the same one."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
 from vasowave.base.cures import AVERAGE_BREATHS
-from vasowave.base.findings import Finding, look_kind
+from vasowave.base.findings import look_kind
 from vasowave.catheter.baseline.ventilation import BREATH_MOVES, BREATH_MOVES_FLOW, NO_PLATEAU
 from vasowave.catheter.beats.rejection import OVER_BREATHS
 from vasowave.pulse.cycle.cycle import Recording
+from vasowave.study.folder.problems import StudyProblem
+from vasowave.study.folder.rows import AnimalRow
+from vasowave.study.folder.study import Study
 from vasowave.study.report.wording import listed, some_of
 
 DIFFERENT_BREATHS = look_kind(
@@ -23,18 +26,21 @@ _PLACES = {-1: "at the lower end", 0: "over whole breaths", 1: "at the upper end
 _MAX_NAMES = 3  # recordings, in a sentence
 
 
-def different_breaths(recordings: Mapping[str, Recording], subjects: Mapping[str, str]) -> list[Finding]:
-    """Return a finding if recordings, by their names, and their animals are averaged at different parts of breaths."""
-    offsets = {name: offset for name, cycle in recordings.items() if (offset := _offset(cycle)) is not None}
-    named = {place: [name for name, offset in offsets.items() if np.sign(offset) == place] for place in _PLACES}
-    named = {place: names for place, names in named.items() if names}
-    if len(named) < 2:
+def different_breaths(study: Study, animals: Sequence[tuple[AnimalRow, Recording]]) -> list[StudyProblem]:
+    """Return what is to be said where recordings are averaged at different parts of the breath."""
+    offsets = [(row, offset) for row, recording in animals if (offset := _offset(recording)) is not None]
+    rows_at = {place: [row for row, offset in offsets if np.sign(offset) == place] for place in _PLACES}
+    places = [f"{phrase} of {some_of([row.animal for row in rows_at[place]], _MAX_NAMES)}"
+              for place, phrase in _PLACES.items() if rows_at[place]]  # fmt: skip
+    if len(places) < 2:
         return []
-    places = listed([f"{_PLACES[place]} of {some_of(names, _MAX_NAMES)}" for place, names in named.items()])
-    counts = Counter(subject for names in named.values() for subject in {subjects[name] for name in names})
-    torn = some_of([subject for subject, count in counts.items() if count > 1], _MAX_NAMES)
+    column = study.settings.design.subject or ""
+    counts = Counter(subject for rows in rows_at.values() for subject in {row.lab_cells.get(column) for row in rows})
+    torn = some_of([subject for subject, count in counts.items() if subject and count > 1], _MAX_NAMES)
     paired = f", also between recordings of one animal ({torn})" if torn else ""
-    return [DIFFERENT_BREATHS(places=places, size=max(offsets.values()) - min(offsets.values()), subjects=paired)]
+    size = float(np.ptp([offset for _, offset in offsets]))
+    finding = DIFFERENT_BREATHS(places=listed(places), size=size, subjects=paired)
+    return [StudyProblem(finding.at(str(study.table), part="column 'recording'"))]
 
 
 def _offset(recording: Recording) -> float | None:

@@ -166,7 +166,7 @@ def check_study(path: Path) -> Checked:
             problems.append(unreadable(error, place, row.files.values()))
     problems += _unwedged(study)
     problems += _half_known(study)
-    problems += _breaths(study, {row.animal: loaded.animal.recording for row, loaded in animals})
+    problems += different_breaths(study, [(row, loaded.animal.recording) for row, loaded in animals])
     problems += _once([*doubled_animals(study), *_alike(study, animals), *_of_one_recording(study, animals)])
     return Checked(one_per_cause(problems), read, named.settings, design)
 
@@ -180,14 +180,6 @@ def _unwedged(study: Study) -> list[StudyProblem]:
     if study.animals and not wedged and species in _WEDGED_SPECIES and study.settings.site == PULMONARY:
         return [StudyProblem(WEDGE_OF_NONE(species=species).placed(place))]
     return []
-
-
-def _breaths(study: Study, recordings: dict[str, Recording]) -> list[StudyProblem]:
-    """Return what is to be said where pressures are averaged at different parts of the breath."""
-    column = study.settings.design.subject
-    subjects = {row.animal: row.lab_cells.get(column or "", row.animal) for row in study.animals}
-    place = Place(str(study.table), part="column 'recording'")
-    return [StudyProblem(finding.placed(place)) for finding in different_breaths(recordings, subjects)]
 
 
 class _Loaded(NamedTuple):

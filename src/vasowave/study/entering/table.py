@@ -87,8 +87,8 @@ class RecordingIndex:
         )
         self.lost: dict[str, dict[str, str]] = {file.name: row for file, row in files if not file.exists()}
         self.by_content: dict[tuple[str, str, str], str] = {
-            (_digest(file), key, _sheet(row)): row["animal"]
-            for file, row in files if file.is_file() for key in _keys_in_file(row)
+            (_digest(file), key, sheet): row["animal"]
+            for file, row in files if file.is_file() for key in _keys_in_file(row) for sheet in {_sheet(row), ""}
         }  # fmt: skip
 
     def row_of(self, recorded: Recorded) -> dict[str, str] | None:

@@ -37,10 +37,8 @@ class Understood(NamedTuple):
     unit: str
 
     def __str__(self) -> str:
-        """Return the column in words, with what was done to its numbers."""
-        if (self.factor, self.offset) != (1.0, 0.0):
-            return f"{self.column}, in place of {self.unit or '% (its numbers exceed 1)'}"
-        return self.column if self.unit else f"{self.column}, as it names no unit"
+        converted = f", in place of {self.unit or '%'}" if (self.factor, self.offset) != (1.0, 0.0) else ""
+        return f"{self.column}{converted}{'' if self.unit else ', as it names no unit'}"
 
 
 def understood_title(name: str, unit: str, cells: Sequence[str] = ()) -> Understood | None:
@@ -63,7 +61,7 @@ def understood_title(name: str, unit: str, cells: Sequence[str] = ()) -> Underst
 
 
 def resembling_column(name: str) -> str:
-    """Return the column of which a longer title speaks, as ``Hct week 3`` does; empty if of none."""
+    """Return the column of which a longer title speaks (``Hct week 3``)."""
     words = f" {_plain(name)} "
     return next((column for title, column in _COLUMN_OF.items() if column in _SYNONYMS and f" {title} " in words), "")
 
