@@ -14,7 +14,7 @@ ALLOWED = {
     "base/runtime/memory.py:is_starved": "the operating system, NumPy and LLVM say only in words that memory ran out",
     "study/cohort/primary.py:_check": "the name of a quantity",
     "study/report/sections/animals.py:starts_frame": "the name of a variable",
-    "lung/exchange/polydata.py:_array": "the numbers of an element of XML",
+    "lung/read/vti.py:array_of": "the numbers of an element of XML",
 }
 """Functions that read words which others wrote."""
 

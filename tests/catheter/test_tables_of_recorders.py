@@ -173,7 +173,17 @@ def milliseconds_since_1970(t, p, q, e):
     )
 
 
-FORMS = (yokogawa, units_below_fewer_titles, timedeltas, milliseconds_since_1970,
+def a_clock_before_each(t, p, q, e):
+    return lines(["t1 [s];PAP [mmHg];t2 [s];Flow [ml/s];t3 [s];ECG [mV]"], lambda a, b, c, d:
+                 f"{a:.3f};{b:.4f};{a:.3f};{c:.6f};{a:.3f};{d:.4f}", t, p, q, e, comma=True)  # fmt: skip
+
+
+def an_object_a_line(t, p, q, e):
+    return lines([], lambda a, b, c, d: f'{{"t_s":{a:.3f},"pap_mmHg":{b:.4f},"flow_ml_s":{c:.6f},"ecg_mV":{d:.4f}}}',
+                 t, p, q, e)  # fmt: skip
+
+
+FORMS = (a_clock_before_each, an_object_a_line, yokogawa, units_below_fewer_titles, timedeltas, milliseconds_since_1970,
          iox, notocord, ponemah, elapsed_beside_a_date, acqknowledge, wfdb, dates_apart, a_row_a_signal,
          counted_samples, spike2, labchart_with_dates, slower_flow, since_1970,
          labview, physionet_with_dates, units_behind_underscores, labchart_with_commas)  # fmt: skip

@@ -29,6 +29,16 @@ def test_of_several_sheets_with_signals_the_first_is_read_and_told_and_another_c
     assert [block.sheet for block in describe_recording(path).blocks] == ["Before", "After"]
 
 
+def test_a_sheet_of_signals_without_units_and_times_is_known_by_its_titles(tmp_path):
+    rows = [("PA Pressure", "PA Flow"), *(row[1:] for row in signals(15)[1:])]
+    path = saved(tmp_path / "m.xlsx", Root=[("Root Name", "Author"), ("run12", "lab")], Untitled=rows)
+    with pytest.raises(InputError, match="say how many samples a second has") as caught:
+        read_raw_recording(path)
+    assert "pressure has no unit" in str(caught.value)
+    units = {"pressure_unit": "mmHg", "flow_unit": "ml/s"}
+    assert read_raw_recording(path, sampling_rate=500, **units).pressure.mean() == pytest.approx(15, rel=5e-3)
+
+
 def test_a_workbook_without_signals_names_its_sheets(tmp_path):
     path = saved(tmp_path / "w.xlsx", Groups=GROUPS, Weights=[("animal", "RV [mg]"), ("R1", 20)])
     with pytest.raises(InputError, match=r"'Groups' \(animal, group, weight\); 'Weights' \(animal, rv\)"):

@@ -275,7 +275,7 @@ def test_an_occasion_that_a_group_lacks_is_named_and_the_page_compares_what_is_l
     _, problems = inspect_study(tmp_path)
     lost = [dict(one.finding.values) for one in problems if one.finding.code == "design.no-cell"]
     assert [one["cells"] for one in lost] == ["CTL, after"] * 3
-    assert lost[0]["instead"] == "; compared is HPH against CTL at time before"
+    assert lost[0]["instead"] == " (compared is HPH against CTL at time before)"
     stored = run(read_study(tmp_path), kept)
     cohort = stored.gathered(stored.in_order(), "CTL")
     primary = primary_comparison(cohort, stored.settings.report)

@@ -117,8 +117,7 @@ def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> Ense
     good = reasons.count(None)
     reasons, over = relax_criteria(reasons, options.beats)
     good_beats = np.array([reason is None for reason in reasons])
-    whole_breaths = over or expiration.rests == "neither" or not options.reject_ventilation
-    levels = np.stack(_levels(prepared, baseline)) if whole_breaths else None
+    levels = np.stack(_levels(prepared, baseline)) if over or expiration.rests == "neither" else None
     used, run = choose_run(reasons, len(reasons) if "length" in over else options.beats, raw.source, clocks, levels)
     if over:
         baseline = replace(baseline, removed=baseline.removed and len(over) == 1)  # unlike beats share no level
@@ -215,10 +214,11 @@ def levelled(prepared: Prepared, reasons: list[Rejection]) -> tuple[Baseline, Ex
     mark_steps(reasons, [int(np.searchsorted(times, step.time)) for step in baseline.steps])
     if baseline.settling:
         mark_settling(reasons, np.flatnonzero(times < baseline.settling.until))
-    expiration = Expiration()
-    if options.reject_ventilation:
-        levels, sample = _levels(prepared, baseline), 1.0 / prepared.raw.sampling_rate
-        expiration = mark_inspiration(reasons, cut.starts, cut.ends, levels, prepared.shapes, sample)
+    levels, sample = _levels(prepared, baseline), 1.0 / prepared.raw.sampling_rate
+    marked = reasons if options.reject_ventilation else [*reasons]
+    expiration = mark_inspiration(marked, cut.starts, cut.ends, levels, prepared.shapes, sample)
+    if not options.reject_ventilation:
+        expiration = Expiration("neither" if expiration.rests else "")
     return replace(baseline, removed=options.drift == "remove" and baseline.sure and not baseline.own), expiration
 
 

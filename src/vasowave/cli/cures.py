@@ -118,10 +118,11 @@ class Shell:
 
     def _files(self, cure: Cure, animals: Sequence[str]) -> list[str]:
         """Return the files of the first animal, and of others that the same cells mend and that have files alone."""
-        first, *further_rows = [self.rows.get(animal, {}) for animal in animals[:_MAX_FILES]] or [{}]
-        alike = [row for row in further_rows if in_row(cure, row) == in_row(cure, first)
-                 and not any(row.get(title) for title in _PLACES)]  # fmt: skip
-        return [row[title] for row in (first, *alike) for title in ("recording", "flow") if row.get(title)]
+        rows = [self.rows.get(animal, {}) for animal in animals[:_MAX_FILES]]
+        alike = [
+            row for row in rows[1:] if in_row(cure, row) == in_row(cure, rows[0]) and not any(map(row.get, _PLACES))
+        ]
+        return [row[title] for row in (*rows[:1], *alike) for title in ("recording", "flow") if row.get(title)]
 
 
 def _typable(command: str) -> bool:

@@ -208,9 +208,13 @@ class _Axes(NamedTuple):
 def _found_in(image: Volume, key: str, options: Options, report: Callable[[str], None], stages: Stages) -> Extraction:
     """Return the extraction without its source; all is computed along the image's axes, and turned at the end."""
     ground = _grounded(image, key, options, report, stages)
-    loops = _loops(ground)
+    level_set, is_guided = options.method == "threshold" and options.mask is None, ground.inputs.outlets is not None
+    loops = stages.kept(
+        "loops", ground.keys.loops, lambda: told_loops(ground.lumen, options.loops, is_guided, level_set)
+    )
     report("axes")
-    axes = _axes(ground)
+    settled_tree, cannula = stages.kept("axes", ground.keys.axes, lambda: _tree(ground))
+    axes = _Axes(settled_tree, edited(settled_tree.tree, ground.inputs.edits), cannula)
     report("radii")
     profiler = Profiles(stages.stored("profiles", ground.keys.profiles))
     measured = measured_in(axes.tree, ground.volume, profiler, profiler.beside)
@@ -235,29 +239,14 @@ def _grounded(image: Volume, key: str, options: Options, report: Callable[[str],
     volume = image if is_cubic(image) else stages.kept("cubes", key, lambda: isotropic(image))
     inputs = given(image, volume, options)
     report("lumen")
-    lumen = stages.kept("lumen", keys_of(key, inputs, options).lumen, lambda: _lumen(inputs, options))
+    lumen = stages.kept(
+        "lumen", keys_of(key, inputs, options).lumen, lambda: inputs.segmenter(volume, options.threshold, inputs.seed)
+    )
     inputs = _entered(inputs, lumen, options)  # it leaves the lumen as it is, and so its key
     if options.mask is None:
         lumen = without_strangers(lumen, volume.grey.shape, inputs.root)
     volume = without_inclusions(volume, lumen.mask, lumen.corner, lumen.inclusions)
     return _Ground(volume, inputs, lumen, np.asarray(inputs.root), options, stages, keys_of(key, inputs, options))
-
-
-def _loops(ground: _Ground) -> np.ndarray:
-    """Return where the lumen's rings are thinnest, see `told_loops`."""
-    inputs, options = ground.inputs, ground.options
-    level_set = options.method == "threshold" and options.mask is None
-    return ground.stages.kept(
-        "loops",
-        ground.keys.loops,
-        lambda: told_loops(ground.lumen, options.loops, inputs.outlets is not None, level_set),
-    )
-
-
-def _axes(ground: _Ground) -> _Axes:
-    """Return the vessels, as they were found and edited."""
-    settled_tree, cannula = ground.stages.kept("axes", ground.keys.axes, lambda: _tree(ground))
-    return _Axes(settled_tree, edited(settled_tree.tree, ground.inputs.edits), cannula)
 
 
 def _alternatives(ground: _Ground, axes: _Axes) -> tuple[Elsewhere, ...]:
@@ -362,10 +351,6 @@ def _entered(inputs: Given, lumen: Segmentation, options: Options) -> Given:
         raise root_wanted(ends)
     warn(ROOT_TAKEN(place=written(clear.place), radius=clear.radius))
     return replace(inputs, root=clear.place)
-
-
-def _lumen(inputs: Given, options: Options) -> Segmentation:
-    return inputs.segmenter(inputs.volume, options.threshold, inputs.seed)
 
 
 def _tree(ground: _Ground) -> tuple[Settled, Line | None]:

@@ -150,7 +150,7 @@ class Columns:
         return value
 
 
-_MARKED = {"{": "JSON", "[{": "JSON", "<": "XML"}
+_MARKED = {"{": "JSON", "[{": "JSON", "<?": "XML", "<!": "XML"}
 """How files begin that are no table, and what they are."""
 
 

@@ -17,6 +17,7 @@ from vasowave.base.stores import parsed
 
 _NUMPY = (b"PK\x03\x04", b"\x93NUMPY")
 _JSON, _JSON_OBJECTS = re.compile(rb"\s*[\[{]"), re.compile(rb"\s*(?:\[\s*)?\{\s*[\"}]")
+_JSON_LINES = re.compile(rb"\s*\{[^\n]*\}\s*\n\s*\{")  # an object a line
 _WAVES = re.compile(
     r"^WAVES(?P<flags>(?:\s*/\S+)*)\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I
 )
@@ -51,8 +52,11 @@ def read_named(path: Path) -> dict[str, np.ndarray]:
     if start.startswith(_NUMPY):
         names, arrays = read_apart(arrays_of_numpy, path, "a NumPy file", "save it again with numpy.savez")
         return dict(zip(names, arrays, strict=True))
+    content = read_bytes(path)
+    if _JSON_LINES.match(content):
+        content = b"[" + b",".join(filter(None, map(bytes.strip, content.splitlines()))) + b"]"
     try:
-        return dict(_of_json(parsed(read_bytes(path))))
+        return dict(_of_json(parsed(content)))
     except ValueError as error:
         raise InputError(f"{path}: truncated, damaged, or no JSON ({error}); write it again") from None
 

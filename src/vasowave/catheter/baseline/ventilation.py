@@ -45,7 +45,7 @@ class VentilationRules:
     locked : float
         Concentration of the beats' phases, 0 to 1, from which on breaths are locked to the beat.
     plateau_beats : float
-        With so many beats a breath at one level, that is end-expiration, also of locked breaths.
+        With fewer beats a breath at its end, locked breaths are not known to rest there.
     scatter_sd : float
         Without a breath, a beat further off the mean than this many SD is none of the usual ones.
     serial_sd, normal_p : float
@@ -53,8 +53,6 @@ class VentilationRules:
         distribution above this.
     min_scatter_beats : int
         Of fewer beats neither is known.
-    locked_error : float
-        Share of the height of locked breaths by which the mean pressure may be off where fewer beats share a level.
     """
 
     low_share: float = 0.12
@@ -66,7 +64,6 @@ class VentilationRules:
     tells: float = 0.04
     tells_of_flow: float = 0.02
     locked: float = 0.9
-    locked_error: float = 0.25
     plateau_beats: float = 1.8
     scatter_sd: float = 4.0
     serial_sd: float = 2.6
@@ -94,12 +91,6 @@ RESTS_HIGH = look_kind(
     "longer than expiration, it is the lower end, and the mean pressure is {height:.2g} mmHg lower",
     _BREATHS,
     AVERAGE_BREATHS,
-)
-LOCKED = look_kind(
-    "recording.breath-locked",
-    "breaths keep step with the heart ({beats:.2g} beats a breath), so that what a breath of {height:.2g} mmHg "
-    "does within a beat cannot be told from the beat; the mean pressure may be off by {error:.2g} mmHg",
-    "Choose a stretch in which heart and ventilator do not keep step.",
 )
 _BOTH_MEANS = (
     "at end-expiration, as averaged, the mean pressure is {pressure:.3g} mmHg and the mean flow {flow:.3g} ml/s; over "
@@ -144,20 +135,12 @@ class Expiration(NamedTuple):
 
         Pressures are by convention those at end-expiration, an output is one over the breath: it asks for a look.
         """
-        moves = dict(zip(("pressure", "flow"), self.breath_moves, strict=True))
-        shares = {"pressure": moves["pressure"] / pressure, "flow": moves["flow"] / flow}
-        if max(map(abs, shares.values())) < rules.no_breath:
+        moves = self.breath_moves[0] / pressure, self.breath_moves[1] / flow
+        if max(map(abs, moves)) < rules.no_breath:
             return []
-        kind = BREATH_MOVES_FLOW if abs(shares["flow"]) > rules.tells_of_flow else BREATH_MOVES
-        finding = kind(
-            pressure=pressure,
-            flow=flow,
-            breath_pressure=pressure + moves["pressure"],
-            breath_flow=flow + moves["flow"],
-            pressure_percent=100 * shares["pressure"],
-            flow_percent=100 * shares["flow"],
-        )
-        return [finding]
+        kind = BREATH_MOVES_FLOW if abs(moves[1]) > rules.tells_of_flow else BREATH_MOVES
+        return [kind(pressure=pressure, breath_pressure=pressure * (1 + moves[0]), pressure_percent=100 * moves[0],
+                     flow=flow, breath_flow=flow * (1 + moves[1]), flow_percent=100 * moves[1])]  # fmt: skip
 
 
 def mark_inspiration(
@@ -166,49 +149,28 @@ def mark_inspiration(
 ) -> Expiration:  # fmt: skip
     """Reject the beats whose mean pressure or flow stands off the end-expiratory level, and return that level.
 
-    Parameters
-    ----------
-    reasons : list of Finding or None
-        Are added to.
-    starts, ends : float array, shape (beat,)
-        Of the beats, s.
-    means : pair of float arrays, shape (beat,)
-        Mean pressure, mmHg, its drift removed, and mean flow, ml/s.
-    shapes : pair of float arrays, shape (sample,)
-        The usual beat of both.
-    sample : float, optional
-        Time between the samples of which they were cut, s.
-    rules : VentilationRules, optional
+    Times are in s; `means` are those of the beats' pressure, its drift removed, and flow, `shapes` their usual beats;
+    `sample` is the time between samples. `reasons` are added to.
     """
-    lengths = ends - starts
-    shaped = np.array([not reason for reason in reasons], dtype=bool)
-    cut = rules.cut_samples * sample / float(np.median(lengths))
-    expiration = _expiration(reasons, 0.5 * (starts + ends), lengths, means, shapes, cut, rules)
+    lengths, time, shape = ends - starts, 0.5 * (starts + ends), shapes[0]
+    good = np.array([not reason for reason in reasons], dtype=bool)
+    breaths, led = _breaths(time, lengths, means, good, rules)
+    if (led.any() and not breaths) or not good.any():
+        return Expiration()
+    levels, cut = means[0] - led, rules.cut_samples * sample / float(np.median(lengths))
+    no_breath = max(rules.no_breath * abs(shape.mean()), cut * abs(shape.mean() - shape[0]))
+    if _repeats(breaths, levels, good, no_breath, rules):
+        expiration = _by_phase(reasons, breaths, float(levels.mean()), no_breath, rules)
+    else:
+        expiration = _by_level(reasons, time, levels, no_breath, rules)
     expired = np.array([not reason for reason in reasons], dtype=bool)
     if not expired.any():
         return expiration
     pressure, flow = (
-        np.average(mean[shaped], weights=lengths[shaped]) - np.average(mean[expired], weights=lengths[expired])
+        float(np.average(mean[good], weights=lengths[good]) - np.average(mean[expired], weights=lengths[expired]))
         for mean in means
     )
-    return expiration._replace(breath_moves=(float(pressure), float(flow)))
-
-
-def _expiration(
-    reasons: list[Rejection], time: np.ndarray, lengths: np.ndarray, means: tuple[np.ndarray, np.ndarray],
-    shapes: tuple[np.ndarray, np.ndarray], cut: float, rules: VentilationRules,
-) -> Expiration:  # fmt: skip
-    """Reject the beats of inspiration, and return how the others stand to end-expiration; see `mark_inspiration`."""
-    good = np.array([not reason for reason in reasons], dtype=bool)
-    breaths, led = _breaths(time, lengths, means, good, rules)
-    means = (means[0] - led, means[1])
-    if (led.any() and not breaths) or not good.any():
-        return Expiration()
-    shape = shapes[0]
-    no_breath = max(rules.no_breath * abs(shape.mean()), cut * abs(shape.mean() - shape[0]))
-    if _repeats(breaths, means[0], good, no_breath, rules):
-        return _by_phase(reasons, breaths, float(means[0].mean()), no_breath, rules)
-    return _by_level(reasons, time, means[0], no_breath, rules)
+    return expiration._replace(breath_moves=(pressure, flow))
 
 
 def _breaths(
@@ -255,7 +217,7 @@ def _rests(stretches: list[np.ndarray], rules: VentilationRules) -> Rest:
     return "lower" if low > rules.longer * high else "upper" if high > rules.longer * low else "neither"
 
 
-def _said(rests: Rest, height: float, rate: float, limit: float) -> tuple[Finding, ...]:
+def _doubts(rests: Rest, height: float, rate: float, limit: float) -> tuple[Finding, ...]:
     """Return what is said of breaths higher than a limit, mmHg, so many a second."""
     if rests in ("", "lower") or height <= limit:
         return ()
@@ -283,19 +245,16 @@ def _by_phase(
     courses = [_course(breath, rules) for breath in breaths]
     rests = _rests([levels for levels, *_ in courses], rules)
     height, beats, rate = max((height, beats, breath.rate) for breath, (_, height, beats) in zip(breaths, courses))
-    findings = _said(rests, height, rate, rules.tells * mean)
-    if rests == "neither":
-        return Expiration(rests, findings=findings)
     off = np.concatenate([breath.at(breath.time) - (levels.max() if rests == "upper" else levels.min())
                           for breath, (levels, *_) in zip(breaths, courses, strict=True)])  # fmt: skip
-    near, error = rules.low_share * height, 0.0
-    if beats and np.mean(np.abs(off) < near) * beats < rules.plateau_beats:
-        error = rules.locked_error * height
-        locked = (LOCKED(beats=beats, height=height, error=error),)
-        findings += locked if height > rules.tells * mean else ()
-    used = _mark(reasons, off, max(near, no_breath))
-    lifted = float(off[used].mean()) if used.any() else 0.0
-    return Expiration(rests, float(np.hypot(error, 0.5 * lifted)), findings)
+    reach = rules.low_share * height
+    if beats and np.mean(np.abs(off) < reach) * beats < rules.plateau_beats:
+        rests = "neither"
+    findings = _doubts(rests, height, rate, rules.tells * mean)
+    if rests == "neither":
+        return Expiration(rests, findings=findings)
+    used = _mark(reasons, off, max(reach, no_breath))
+    return Expiration(rests, 0.5 * abs(float(off[used].mean())) if used.any() else 0.0, findings)
 
 
 def _mark(reasons: list[Rejection], off: np.ndarray, limit: float) -> np.ndarray:
@@ -317,15 +276,19 @@ def _by_level(
     breathes = high - low > 2.0 * no_breath and not _is_scatter(levels, rules)
     rests = _rests([levels], rules) if breathes else ""
     if rests in ("lower", "upper"):
-        middle, spread = _narrowest_quarter(np.sort(levels), upper=rests == "upper")
-        limit = rules.outlier_sd * spread
+        ordered, count = np.sort(levels), max(2, (len(levels) + 3) // 4)
+        half = ordered[len(levels) // 2 :] if rests == "upper" else ordered[: (len(levels) + 1) // 2]
+        widths = half[count - 1 :] - half[: len(half) - count + 1]
+        first = int(np.argmin(widths))
+        middle = 0.5 * float(half[first] + half[first + count - 1])
+        limit = rules.outlier_sd * 0.5 * float(widths[first]) / 0.319  # times the SD of a normal as narrow
     else:
         middle = float(np.median(levels))
         limit = rules.scatter_sd * 1.48 * float(np.median(np.abs(levels - middle)))  # times the SD of a normal
     _mark(reasons, means - middle, max(limit, no_breath))
     sides = np.digitize(levels, [low + (high - low) / 3, high - (high - low) / 3])
     rate = float(np.sum(np.diff(sides[sides != 1]) > 0) / np.ptp(time))
-    return Expiration(rests, findings=_said(rests, float(high - low), rate, rules.tells * float(levels.mean())))
+    return Expiration(rests, findings=_doubts(rests, float(high - low), rate, rules.tells * float(levels.mean())))
 
 
 def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
@@ -342,16 +305,3 @@ def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:
         return False
     thinned = means[:: -(-count // _MAX_SHAPIRO)]
     return float(shapiro(thinned).pvalue) > rules.normal_p
-
-
-def _narrowest_quarter(ordered: np.ndarray, upper: bool) -> tuple[float, float]:
-    """Return the middle of the narrowest interval with a quarter of all values in one half of them, and its SD.
-
-    The SD is that of a normal distribution as narrow.
-    """
-    count = max(2, (len(ordered) + 3) // 4)
-    half = ordered[len(ordered) // 2 :] if upper else ordered[: (len(ordered) + 1) // 2]
-    count = min(count, len(half))
-    widths = half[count - 1 :] - half[: len(half) - count + 1]
-    first = int(np.argmin(widths))
-    return float(0.5 * (half[first] + half[first + count - 1])), 0.5 * float(widths[first]) / 0.319

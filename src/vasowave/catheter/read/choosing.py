@@ -166,11 +166,14 @@ def _offers(channels: Sequence[T], choice: Choice[T]) -> list[SetCells]:
 
 
 def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of columns with ``time`` for the only one in a unit of time, where none is called so."""
+    """Return the names of columns with ``time`` for the only one in a unit of time, where none is called so; of several
+    for those that are called t and time, perhaps with a number."""
     timed = [i for i, unit in enumerate(column_units) if units.is_of(unit, "time")]
-    if "time" in names or len(timed) != 1:
+    if len(timed) > 1:
+        timed = [i for i in timed if _plain(names[i]) in ("t", "time")]
+    elif "time" in names:
         return tuple(names)
-    return tuple("time" if i == timed[0] else name for i, name in enumerate(names))
+    return tuple("time" if i in timed else name for i, name in enumerate(names))
 
 
 def quantity_of(title: str, site: str = PULMONARY) -> str:

@@ -168,8 +168,8 @@ def second_edge(
     spacing : float
         Voxel size, cm.
     """
-    least = min(RULES.min_radius, RULES.min_hidden_radius) * spacing
-    widest = [row for row in np.argsort(-np.nan_to_num(radius)).tolist() if radius[row] >= least]
+    min_radius = min(RULES.min_radius, RULES.min_hidden_radius) * spacing
+    widest = [row for row in np.argsort(-np.nan_to_num(radius)).tolist() if radius[row] >= min_radius]
     shown = ((row, _bins(profiles[row], float(radius[row]), spacing)) for row in widest)
     bins = {row: vessel for row, vessel in shown if vessel is not None}
     wide = [vessel for vessel in bins.values() if vessel.radius >= RULES.min_radius][: RULES.max_vessels]

@@ -48,11 +48,11 @@ def map_vff(path: Path) -> Image:
         raise InputError(f"{path}: no grey-level volume; export one channel")
     x, y, z = (int(number) for number in fields["size"].split())
     kind = np.dtype({"8": "u1", "16": ">i2", "32": ">f4"}[fields["bits"].strip()])
-    steps = np.array(fields.get("spacing", "1 1 1").split()[::-1], dtype=float)
+    steps = np.array(fields.get("spacing", "nan").split()[::-1], dtype=float)
     spacing = steps * float(fields.get("elementsize", "nan")) * centimeters("mm")
     if spacing.shape != (3,) or not (np.isfinite(spacing).all() and spacing.min() > 0):
         spacing = UNSIZED
-    provenance = "its header has no elementsize" if spacing is UNSIZED else "elementsize and spacing of its header"
+    provenance = "its header has no elementsize or spacing" if spacing is UNSIZED else "elementsize and spacing in it"
     return RawVoxels(path, end.end(), (z, y, x), kind, spacing, provenance).image()
 
 

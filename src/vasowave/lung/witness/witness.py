@@ -38,13 +38,6 @@ SHATTER = doubt_kind(
     "and their ridges are taken for branches: {remedy}",
     "do not use this tree, give the outlets",
 )
-STUMPS = doubt_kind(
-    "witness.stumps",
-    Grade.LOOK,
-    "vessel(s) {vessels}: most of the tree is too short between junctions to be measured, as stumps of a pruned tree "
-    "are; a second tree of the lumen has nearly all of them: {remedy}",
-    "look whether they are vessels",
-)
 _VESSELS = "vessel(s) {vessels}: "
 CUT = doubt_kind(
     "witness.cut",
@@ -144,19 +137,16 @@ def _has_ridges(tree: Tree, doubts: list[Doubt], misfit: np.ndarray) -> bool:
 
 
 def _shattered(measured: Measurement, doubts: list[Doubt], misfit: np.ndarray) -> list[Doubt]:
-    """Return the doubt about a tree most of whose vessels are too short to be measured: ridges, or perhaps stumps.
-
-    There is none where a second tree, by its `doubts`, has them all: then they are vessels.
+    """Return the doubt about a tree most of whose vessels are too short to be measured, as ridges are; stumps of a
+    pruned tree are too, and a second tree, by its `doubts`, has most of them: what it lacks it names itself.
     """
     short, terminals = ~measured.reliable, list(measured.tree.terminals)
     if short.mean() <= MAX_SHORT_SHARE or np.delete(short, terminals).mean() <= MAX_SHORT_INNER_SHARE:
         return []
-    ridges = _has_ridges(measured.tree, doubts, misfit)
-    if not ridges and not any(doubt.finding.code == NOT_SEEN.code for doubt in doubts):
+    if not _has_ridges(measured.tree, doubts, misfit):
         return []
     names = tuple(measured.network.name[row] for row in np.flatnonzero(short))
-    finding = SHATTER(short=len(names), vessels=len(short)) if ridges else STUMPS(vessels=", ".join(names))
-    return [Doubt("topology", finding, names)]
+    return [Doubt("topology", SHATTER(short=len(names), vessels=len(short)), names)]
 
 
 def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:

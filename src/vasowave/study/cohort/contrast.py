@@ -9,11 +9,11 @@ from vasowave.base.findings import Finding, error_kind, look_kind
 from vasowave.study.cohort.effects import ContrastLabel
 
 CONFOUNDED = look_kind(
-    "design.confounded", "{effect}: not compared, for {columns} differs just as it does, and nothing tells one from "
-    "the other{instead}; {remedy}", "take the column out of covariates, and write that it may be the reason",
+    "design.confounded", "{effect}{instead}: not compared, for {columns} differs just as it does, and nothing tells "
+    "one from the other; {remedy}", "take the column out of covariates, and write that it may be the reason",
 )  # fmt: skip
 NO_CELL = look_kind(
-    "design.no-cell", "{effect}: not compared, for nothing is known of {cells}{instead}; {remedy}",
+    "design.no-cell", "{effect}{instead}: not compared, for nothing is known of {cells}; {remedy}",
     "add animals there if there are any",
 )  # fmt: skip
 NOTHING_TOLD = error_kind(
@@ -104,7 +104,7 @@ class NotEstimable(NamedTuple):
     @property
     def finding(self) -> Finding:
         """What is not compared, and why."""
-        instead = f"; compared is {self.instead}" if self.instead else ""
+        instead = f" (compared is {self.instead})" if self.instead else ""
         if self.columns:
             return CONFOUNDED(effect=self.contrast.text, columns=" and ".join(self.columns), instead=instead)
         return NO_CELL(effect=self.contrast.text, cells="; ".join(self.cells), instead=instead)

@@ -136,7 +136,7 @@ def _with_our_titles(table: Columns) -> tuple[Columns, tuple[str, ...]]:
     names, unit_names, cells = ([*row] for row in (table.names, table.units, zip(*table.cells, strict=True)))
     pairs = [*zip(names, unit_names, strict=True)]
     meant = {i: understood_title(*pair, cells[i]) for i, pair in enumerate(pairs)}
-    said, used = [], set[str]()
+    remarks, used = [], set[str]()
     exact = [column is not None and pairs[i][0] == split_unit(column.column)[0] for i, column in meant.items()]
     for i, column in sorted(meant.items(), key=lambda entry: not exact[entry[0]]):
         if column is None or column.column in used:  # of 'wedge' and 'LAP' the first
@@ -144,10 +144,10 @@ def _with_our_titles(table: Columns) -> tuple[Columns, tuple[str, ...]]:
         used.add(column.column)
         names[i], unit_names[i] = split_unit(column.column)
         if pairs[i] != (names[i], unit_names[i]):
-            said.append(f"'{written[i]}' was taken for {column}")
+            remarks.append(f"'{written[i]}' was taken for {column}")
         cells[i] = tuple(_converted(text, column) for text in cells[i])
     rows = tuple(zip(*cells, strict=True))
-    return replace(table, names=tuple(names), units=tuple(unit_names), cells=rows), tuple(said)
+    return replace(table, names=tuple(names), units=tuple(unit_names), cells=rows), tuple(remarks)
 
 
 def _converted(text: str, column: Understood) -> str:

@@ -182,7 +182,7 @@ def check_study(path: Path) -> Checked:
             problems.append(unreadable(error, place, row.files.values()))
     problems += [*_unwedged(study), *_unnamed(study, document)]
     problems += _half_known(study)
-    problems += _breaths(study, {row.animal: loaded.animal.recording for row, loaded in animals})
+    problems += different_breaths(study, [(row, loaded.animal.recording) for row, loaded in animals])
     problems += _once([*doubled_animals(study), *_alike(study, animals), *_of_one_recording(study, animals)])
     notes = tuple(problem for problem in problems if problem.finding.severity is Severity.NOTE)
     wrong = [problem for problem in problems if problem not in notes]
@@ -207,14 +207,6 @@ def _unnamed(study: Study, document: Document) -> list[StudyProblem]:
         return []
     finding = UNNAMED(count=len(study.settings.report.quantities))
     return [StudyProblem(finding.placed(document.place(("report",), key=True)))]
-
-
-def _breaths(study: Study, recordings: dict[str, Recording]) -> list[StudyProblem]:
-    """Return what is to be said where pressures are averaged at different parts of the breath."""
-    column = study.settings.design.subject
-    subjects = {row.animal: row.lab_cells.get(column or "", row.animal) for row in study.animals}
-    place = Place(str(study.table), part="column 'recording'")
-    return [StudyProblem(finding.placed(place)) for finding in different_breaths(recordings, subjects)]
 
 
 class _Loaded(NamedTuple):

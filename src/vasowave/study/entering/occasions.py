@@ -180,16 +180,16 @@ def _beside_first(names: Sequence[Sequence[str]], marks: Sequence[_Mark | None])
     first = {(*of_file[1:], mark.remainder) for of_file, mark in zip(names, marks, strict=True)
              if mark and mark.level in BASELINE_WORDS and words(_NO_ANIMAL.sub(" ", mark.remainder))}  # fmt: skip
     longest_first = sorted(first, key=lambda called: len(called[-1]), reverse=True)
-    found = [mark or next(filter(None, (_beside(of_file, called) for called in longest_first)), None)
+    candidates = [mark or next(filter(None, (_occasion_beside(of_file, called) for called in longest_first)), None)
              for of_file, mark in zip(names, marks, strict=True)]  # fmt: skip
-    animals_of = Counter(level for level, _ in {(mark.level, _key(mark.remainder)) for mark in found if mark})
-    several = {level for level, count in animals_of.items() if count > 1 and level not in BASELINE_WORDS}
-    followed = {_key(mark.remainder) for mark in found if mark and mark.level in several}
-    return [told or (mark if mark and (mark.level in several or _key(mark.remainder) not in followed) else None)
-            for told, mark in zip(marks, found, strict=True)]  # fmt: skip
+    counts = Counter(level for level, _ in {(mark.level, _key(mark.remainder)) for mark in candidates if mark})
+    several = {level for level, count in counts.items() if count > 1}
+    followed = {_key(mark.remainder) for mark in candidates if mark and mark.level in several - {*BASELINE_WORDS}}
+    return [mark if mark is None or mark in marks or mark.level in several or _key(mark.remainder) not in followed
+            else None for mark in candidates]  # fmt: skip
 
 
-def _beside(of_file: Sequence[str], called: Sequence[str]) -> _Mark | None:
+def _occasion_beside(of_file: Sequence[str], called: Sequence[str]) -> _Mark | None:
     """Return what a name says beside that of an animal, which stands in the same folders; None without a word."""
     name, animal = (_NO_ANIMAL.sub(" ", text) for text in (of_file[0], called[-1]))
     last = r"\d" if animal.rstrip(" _-.")[-1:].isdigit() else r"[^\W\d_]"

@@ -12,6 +12,7 @@ from vasowave.base.io.cells import is_row, separator_of, split_cells
 from vasowave.base.io.columns import read_columns
 from vasowave.base.io.textfile import look, read_lines
 from vasowave.catheter.read.describe import describe_recording
+from vasowave.study.cohort.effects import grouped
 from vasowave.study.entering.sorting import Recorded
 from vasowave.study.folder.animal_columns import COLUMNS, REQUIRED_COLUMNS
 
@@ -81,20 +82,19 @@ class RecordingIndex:
     def __init__(self, folder: Path, rows: Sequence[dict[str, str]]) -> None:
         self.folder = folder
         files = [(folder / row["recording"], row) for row in rows if row.get("recording")]
-        self.by_place: dict[tuple[Path, str], list[dict[str, str]]] = {}
-        for file, row in files:
-            for key in _keys_in_file(row):
-                self.by_place.setdefault((file.resolve(), key), []).append(row)
+        self.by_place = grouped(
+            ((file.resolve(), key, row) for file, row in files for key in _keys_in_file(row)), lambda entry: entry[:2]
+        )
         self.lost: dict[str, dict[str, str]] = {file.name: row for file, row in files if not file.exists()}
         self.by_content: dict[tuple[str, str, str], str] = {
-            (_digest(file), key, _sheet(row)): row["animal"]
-            for file, row in files if file.is_file() for key in _keys_in_file(row)
+            (_digest(file), key, sheet): row["animal"]
+            for file, row in files if file.is_file() for key in _keys_in_file(row) for sheet in {_sheet(row), ""}
         }  # fmt: skip
 
     def row_of(self, recorded: Recorded) -> dict[str, str] | None:
         """Return the row of a recording; that of a file that is gone if it had the same name."""
         file = recorded.files[0]
-        row = _of_sheet(self.by_place.get((file.resolve(), recorded.in_file), []), recorded)
+        row = _of_sheet([row for *_, row in self.by_place.get((file.resolve(), recorded.in_file), [])], recorded)
         if row is None and file.name in self.lost:
             row = self.lost.pop(file.name)
             row["recording"] = seen_from(self.folder, file)
@@ -123,18 +123,14 @@ def _sheet(row: Mapping[str, str]) -> str:
 
 def _of_sheet(rows: Sequence[dict[str, str]], recorded: Recorded) -> dict[str, str] | None:
     """Return the row of the sheet that was named; a row without a sheet is of the one that is read without a name."""
-    named = recorded.sheet.casefold()
-    row = next((row for row in rows if _sheet(row) == named), None)
-    if row is not None or not rows:
-        return row
-    unnamed = next((row for row in rows if not _sheet(row)), None)
-    if not named:
-        return rows[0]
+    by_sheet, named = {_sheet(row): row for row in reversed(rows)}, recorded.sheet.casefold()
+    if named in by_sheet or not named:
+        return by_sheet.get(named) or next(iter(rows), None)
     try:
         is_first = describe_recording(recorded.files[0]).used.sheet.casefold() in (named, "")
     except InputError:  # of no sheet without a name
         is_first = True
-    return unnamed if is_first else None
+    return by_sheet.get("") if is_first else None
 
 
 def _digest(file: Path) -> str:

@@ -221,11 +221,10 @@ def columns_of(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str,
         plain, location = title.lower(), f"header, column '{title}'"
         if plain not in standard_titles:
             name = split_unit(title)[0]
-            if meant := understood_title(*split_unit(title)):
-                hint = f" (did you mean '{meant.column}'?)"
-                problems.append(UNKNOWN_COLUMN(hint=hint).at(str(path), part=location))
-            elif matches := get_close_matches(name.lower(), plainly, n=1, cutoff=_MIN_TITLE_SIMILARITY):
-                hint = f" (did you mean '{plainly[matches[0]]}'?)"
+            meant = understood_title(*split_unit(title))
+            matches = get_close_matches(name.lower(), plainly, n=1, cutoff=_MIN_TITLE_SIMILARITY)
+            if meant or matches:
+                hint = f" (did you mean '{meant.column if meant else plainly[matches[0]]}'?)"
                 problems.append(UNKNOWN_COLUMN(hint=hint).at(str(path), part=location))
             elif name.lower() in (*TIDY_COLUMNS, "source") or not name:
                 problems.append(RESERVED().at(str(path), part=location))

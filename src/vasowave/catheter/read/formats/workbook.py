@@ -16,6 +16,7 @@ from vasowave.base.io.layout import HEAD, head_of, remarks_above
 from vasowave.base.io.spreadsheet import WORKBOOKS, Sheet, is_workbook, read_sheets
 from vasowave.base.io.textfile import Progress
 from vasowave.base.sites import PULMONARY
+from vasowave.catheter.read.choosing import quantity_of
 from vasowave.catheter.read.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.catheter.read.formats.number_table import read_cycle, read_number_table
 from vasowave.catheter.signals.channels import Block
@@ -95,7 +96,7 @@ def _signals_of(path: Path, sheet: Sheet) -> tuple[set[str], tuple[str, ...]]:
         return set(), names
     quantities = ("pressure", "flow", "velocity")
     held = {quantity for quantity in (*quantities, "time") for name, unit in zip(names, column_units, strict=True)
-            if name == quantity or units.is_of(unit, quantity)}  # fmt: skip
+            if quantity in (name, quantity_of(name)) or units.is_of(unit, quantity)}  # fmt: skip
     return held if held - {"time"} else set(), names
 
 

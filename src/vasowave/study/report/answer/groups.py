@@ -157,15 +157,10 @@ def not_told(primary: Primary, called: Called) -> list[str]:
     quantities |= {name for missed in primary.untold for name in missed.quantities}
     texts = []
     for (code, values, untold), alike in grouped(primary.untold, _reason).items():
-        effects = listed([_with_instead(**dict(missed.finding.values)) for missed in alike])
+        effects = listed(["{effect}{instead}".format_map(dict(missed.finding.values)) for missed in alike])
         of_some = "" if quantities == {*untold} else f" (of {listed([*map(called, untold)])})"
         texts.append(f"{Finding(code, (('effect', effects), ('instead', ''), *values))}{of_some}")
     return texts
-
-
-def _with_instead(effect: Value, instead: Value, **_: Value) -> str:
-    """Return an effect that is not told, with what is in its place."""
-    return f"{effect} ({str(instead).removeprefix('; ')})" if instead else str(effect)
 
 
 def _reason(missed: Missed) -> tuple[str, tuple[tuple[str, Value], ...], tuple[str, ...]]:
