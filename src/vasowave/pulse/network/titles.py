@@ -34,7 +34,7 @@ _COLUMNS = {
     "diameter end": "diameter end", "radius sd": "radius_sd", "sd taper": "taper_sd", "source": "source",
     "target": "target", "start": "source", "end": "target", "node start": "source", "end node": "target",
     "node parent": "source", "daughter node": "target",
-    "node source": "source", "node target": "target", "from node": "source", "node to": "target", "src": "node 1",
+    "node source": "source", "node target": "target", "from node": "from", "node to": "to", "src": "node 1",
     "node src": "node 1", "1 node": "node 1", "u": "node 1", "dst": "node 2", "dst node": "node 2",
     "2 node": "node 2", "v": "node 2",
 }  # fmt: skip
