@@ -169,6 +169,17 @@ def test_what_nothing_tells_is_said_and_left_empty_and_what_is_no_recording_is_n
     assert "no recording among these files" in str(nothing.exception)
 
 
+def test_a_study_of_one_group_has_all_in_it_but_what_a_name_says_is_another(lab, tmp_path):
+    study = tmp_path / "s"
+    CliRunner().invoke(app, ["new", str(study), "--groups", "treated"])
+    file = tmp_path / "M7.txt"
+    file.write_bytes((lab / "normoxia" / "M11.txt").read_bytes())
+    added = add_files(study, [file])
+    assert [row["group"] for row in added.rows] == ["treated"]
+    assert any("treated, the only group of the study" in sentence for sentence in added.said)
+    assert [row["group"] for row in add_files(study, [lab / "normoxia" / "M12.txt"]).rows] == [""]
+
+
 def test_networks_that_come_later_go_to_the_animals_that_wait_for_them(lab, tmp_path):
     """By an animal's name or its group, then to all where there is one; an animal keeps the network that it has."""
     study = tmp_path / "s"

@@ -31,7 +31,14 @@ from vasowave.study.entering.added_rows import (
 )
 from vasowave.study.entering.animal_sheet import AnimalSheet
 from vasowave.study.entering.following import followed
-from vasowave.study.entering.grouping import Proposal, is_reference, parsed_groups, proposed_groups, told_group
+from vasowave.study.entering.grouping import (
+    Proposal,
+    is_reference,
+    parsed_groups,
+    path_names,
+    proposed_groups,
+    told_group,
+)
 from vasowave.study.entering.sorting import Choosing, Sorted, files_in, passed_over, sort_files
 from vasowave.study.entering.table import RecordingIndex, read_rows, seen_from, written_rows
 from vasowave.study.entering.template import with_values, written
@@ -305,6 +312,13 @@ def _grouped(
     proposal = (
         proposed_groups([entry.named_file for entry in lost], path.parent) if lost and not requested_groups else None
     )
+    if proposal is None and len(marks) == 1 and lost and not any(
+        is_reference(name) for entry in lost for name in path_names(entry.named_file, path.parent)
+    ):  # fmt: skip
+        (label,) = marks
+        for entry in lost:
+            entry.cells["group"] = label
+        return marks, [f"all in {label}, the only group of the study"], [NameGroups()]
     if proposal is None:
         return marks, [], [NameGroups()] if lost else []
     marks_in_use = {
