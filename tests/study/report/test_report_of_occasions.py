@@ -214,15 +214,14 @@ def test_points_of_the_forest_are_the_ratios_that_its_rows_are_of(cohort, primar
 
 
 def test_the_page_says_which_parts_made_the_change_and_they_add_up(cohort):
-    [(question, text)] = attribution_answer(cohort)
+    [(question, _)] = attribution_answer(cohort)
     assert question == "What made the change?"
-    assert "Hypoxie Öst, vor to nach (n = 3): mean pressure -" in text
     summary, undone = attribution_summary(cohort)
     assert [row[1] for row in undone.rows] == 2 * ["heart of vor", "walls of vor", "beds of vor"]
     heads = [row[0] for row in summary.rows]
     assert heads[-1] == "Change of Hypoxie Öst less that of Kontrolle Süd, in mmHg, not as a ratio"
     assert len(heads) == 6
-    assert f"{heads[-1]}: mean pressure " in text
+    assert "Hypoxie Öst, vor to nach (n = 3)" in heads
     assert summary.header == ("group", "quantity", "change", "heart", "walls", "beds")
     table = attribution_table(cohort.changes)
     assert len(table) == 6 * 8

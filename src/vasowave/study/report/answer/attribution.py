@@ -8,7 +8,7 @@ from vasowave.study.cohort.attribution import GroupAttribution, difference_of_ch
 from vasowave.study.cohort.cohort import Cohort
 from vasowave.study.figures.matplotlib_style import short
 from vasowave.study.report.blocks import Table
-from vasowave.study.report.wording import listed, number, with_interval
+from vasowave.study.report.wording import number, with_interval
 
 _QUANTITIES = {"mPAP": "mean pressure", "pPAP": "pulse pressure"}
 _LOADS = _QUANTITIES | {HYDRAULIC_POWER: "power of the heart"}
@@ -36,16 +36,12 @@ def attribution_answer(cohort: Cohort, tested: int = 1) -> list[tuple[str, str]]
 
     Its intervals hold alone, those of the answer for all effects `tested`.
     """
-    texts = [f"{_head(changed)}: {_shares(changed)}." for changed in cohort.changes]
-    texts += [f"{title}: {', '.join(_shown(means, name) for name, means in of_quantities.items())}."
-              for title, of_quantities in _differences(cohort)]  # fmt: skip
-    alone = (
-        f". Each interval there and here holds alone; the answer's are corrected for {tested} comparisons, and where "
-        "they differ, the answer decides what is shown"
-    ) if tested > 1 else ""  # fmt: skip
-    below = f"The tables below have all shares with intervals, and what would change{alone}."
-    table = [below] if attribution_summary(cohort) else []
-    return [(_question(cohort), " ".join([*texts, *table]))] if texts else []
+    texts = [f"{_head(changed)}: not told, {next(iter(changed.failures.values()))}."
+             for changed in cohort.changes if not changed.exchanges]  # fmt: skip
+    if any(changed.exchanges for changed in cohort.changes):
+        corrected = f"; those of the answer are corrected for {tested} comparisons, and it decides what is shown"
+        texts.append(f"The tables below say it, each interval by itself{corrected if tested > 1 else ''}.")
+    return [(_question(cohort), " ".join(texts))] if texts else []
 
 
 def attribution_summary(cohort: Cohort) -> list[Table]:
@@ -106,23 +102,6 @@ def _head(changed: GroupAttribution) -> str:
         return names
     absent = f"; {len(changed.failures)} could not be exchanged" if changed.failures else ""
     return f"{names} (n = {' + '.join(map(str, changed.animals()))}{absent})"
-
-
-def _shares(changed: GroupAttribution) -> str:
-    """Return what made the change of a group, or why that cannot be told."""
-    if not changed.exchanges:
-        return f"not told, {next(iter(changed.failures.values()))}"
-    return ", ".join(_shown(changed.means(name), name) for name in _QUANTITIES)
-
-
-def _shown(means: pd.DataFrame, name: str) -> str:
-    """Return the change of a quantity, the shares whose interval leaves out 0, and the components of the others."""
-    change = f"{_QUANTITIES[name]} {_signed(means.iloc[0])} {QUANTITIES[name].unit}"
-    shares = means.iloc[1:].sort_values("mean", key=np.abs, ascending=False)
-    unclear = (shares["low"] <= 0) & (shares["high"] >= 0)
-    shown = [f"{component} {_signed(row).partition(' ')[0]}" for component, row in shares[~unclear].iterrows()]
-    unshown = f"around 0: {listed(list(map(str, shares.index[unclear])))}" if unclear.any() else ""
-    return f"{change} ({'; '.join([text for text in (', '.join(shown), unshown) if text])})"
 
 
 def _signed(row: pd.Series) -> str:

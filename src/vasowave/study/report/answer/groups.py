@@ -248,17 +248,14 @@ def _least_shown(effects: Sequence[Effect], called: Called) -> list[str]:
 
 
 def _few_degrees(effects: Sequence[Effect]) -> list[str]:
-    """Say which effects of a design rest on few degrees of freedom, and how large they must be to be shown."""
+    """Say which effects of a design rest on few degrees of freedom, so that they must be large to be shown."""
     sparse = [effect for effect in effects if isinstance(effect, DesignEffect) and effect.freedom < MIN_FREEDOM]
     if not sparse:
         return []
-    high, low, freedom = np.array([(effect.high, effect.low, effect.freedom) for effect in sparse]).T
-    percents = 100 * (np.sqrt(high / low) - 1)  # of ratios that are shown
+    freedom = span(np.array([effect.freedom for effect in sparse]), 2)
     return [
-        f"{listed(labels(sparse))}: {len(sparse)} of {len(effects)} ratios rest on {span(freedom, 2)} "
-        "degrees of freedom. "
-        f"Beside all other rows such a ratio is shown if it differs from 1 by about {span(percents, 2)} % or more; "
-        "fewer covariates, blocks, quantities or contrasts would leave more."
+        f"{listed(labels(sparse))}: {len(sparse)} of {len(effects)} ratios rest on {freedom} degrees of freedom and "
+        "must be large to be shown; fewer covariates, blocks, quantities or contrasts would leave more."
     ]
 
 
