@@ -248,6 +248,8 @@ def test_where_followed_groups_are_shown_to_change_unlike_their_averages_do_not_
     lead = lead_of(cohort, shown)
     assert lead.startswith("Changed more in Hypoxie Öst than in Kontrolle Süd from vor to nach: mean pressure (× 0.7")
     assert "on average over" not in lead
+    said = dict(group_answer(shown, caller(cohort)).questions)["Pressure and flow"]
+    assert re.search(r"mPAP × \S+ in Kontrolle Süd, × \S+ in Hypoxie Öst \(", said)
 
 
 def test_the_change_of_each_group_stands_below_the_lead_and_is_that_of_its_animals(cohort, primary):

@@ -34,16 +34,7 @@ from vasowave.study.report.answer.effects import (
     where,
 )
 from vasowave.study.report.answer.marks import Mark, unmarked
-from vasowave.study.report.wording import (
-    LIMIT,
-    listed,
-    number,
-    probability,
-    ratio_with_interval,
-    some_of,
-    span,
-    unlimited,
-)
+from vasowave.study.report.wording import LIMIT, listed, number, ratio_with_interval, some_of, span, unlimited
 
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
@@ -100,7 +91,7 @@ def shown_alone(primary: Primary, called: Called) -> list[str]:
     if not alone:
         return []
     several = len(labels(primary.effects)) > 1
-    named = some_of([f"{called(effect.quantity)} ({f'{effect.contrast}, ' if several else ''}{probability(p)})"
+    named = some_of([f"{called(effect.quantity)} ({f'{effect.contrast}, ' if several else ''}p = {number(p, 2)})"
                      for effect, p in sorted(alone, key=itemgetter(1))], _MAX_NAMED)  # fmt: skip
     count = len({effect.quantity for effect in primary.effects if not effect.untested})
     subject = "each of these" if len(alone) > 1 else "it"
