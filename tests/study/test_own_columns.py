@@ -317,11 +317,8 @@ def test_a_design_that_leaves_few_degrees_of_freedom_says_so_in_check_and_on_the
     primary = primary_comparison(cohort, stored.settings.report)
     few = primary.table()[primary.table()["df"] < 4]
     assert set(few["what"]) == {"groups"}
-    reach = stats.t.isf(stats.t.sf(np.log(few["high"] / few["ratio"]) / few["standard error"], few["df"]), few["df"])
-    least = np.exp(float((reach * few["standard error"]).iloc[0]))  # a ratio that would be shown
     said = " ".join(group_answer(primary, str).sureness)
     assert f"HPH / CTL: {len(few)} of 6 ratios rest on" in said
-    assert f"differs from 1 by about {100 * (least - 1):.2g} " in said
 
 
 def test_a_covariate_in_which_the_groups_differ_is_named_with_what_it_costs(tmp_path, results):

@@ -170,8 +170,8 @@ def test_a_second_factor_is_told_at_each_level_and_within_each_group():
         members = [{result.name for result in made.cells[label].results} for label in (compared.first, compared.last)]
         assert all(before in members[0] and after in members[1] for before, after in compared.exchanges)
         assert compared.animals() == [2, 2]
-    [(_, text)] = attribution_answer(made)
-    assert "HPH, drug against HPH, vehicle (n = 2 + 2): mean pressure" in text
+    summary, _ = attribution_summary(made)
+    assert "HPH, drug against HPH, vehicle (n = 2 + 2)" in [row[0] for row in summary.rows]
 
 
 def test_recordings_of_one_animal_without_an_order_are_refused_with_what_to_name():
@@ -204,10 +204,12 @@ def test_an_image_of_some_animals_moves_their_share_of_the_mean_whichever_pair_i
 
 
 def test_the_page_names_what_is_shown_and_what_is_not(cohort):
-    [(question, text)] = attribution_answer(cohort)
+    [(question, text)] = attribution_answer(cohort, tested=13)
     assert question == "What makes the difference?"
     assert text.startswith("HPH against CTL (n = 3 + 3): mean pressure ")
+    assert "the intervals, each by itself; those of the answer are corrected for 13 comparisons" in text
     shares, undone = attribution_summary(cohort)
+    assert {row[0] for row in shares.rows} == {"HPH against CTL (n = 3 + 3)"}
     assert shares.header[:3] == ("group", "quantity", "change")
     assert undone.header[-1] == "power of the heart [mW]"
     assert "beds of CTL" in [row[1] for row in undone.rows]

@@ -37,15 +37,10 @@ def attribution_answer(cohort: Cohort, tested: int = 1) -> list[tuple[str, str]]
     Its intervals hold alone, those of the answer for all effects `tested`.
     """
     texts = [f"{_head(changed)}: {_shares(changed)}." for changed in cohort.changes]
-    texts += [f"{title}: {', '.join(_shown(means, name) for name, means in of_quantities.items())}."
-              for title, of_quantities in _differences(cohort)]  # fmt: skip
-    alone = (
-        f". Each interval there and here holds alone; the answer's are corrected for {tested} comparisons, and where "
-        "they differ, the answer decides what is shown"
-    ) if tested > 1 else ""  # fmt: skip
-    below = f"The tables below have all shares with intervals, and what would change{alone}."
-    table = [below] if attribution_summary(cohort) else []
-    return [(_question(cohort), " ".join([*texts, *table]))] if texts else []
+    if any(changed.exchanges for changed in cohort.changes):
+        corrected = f"; those of the answer are corrected for {tested} comparisons, and it decides what is shown"
+        texts.append(f"The tables below have the intervals, each by itself{corrected if tested > 1 else ''}.")
+    return [(_question(cohort), " ".join(texts))] if texts else []
 
 
 def attribution_summary(cohort: Cohort) -> list[Table]:
@@ -117,12 +112,13 @@ def _shares(changed: GroupAttribution) -> str:
 
 def _shown(means: pd.DataFrame, name: str) -> str:
     """Return the change of a quantity, its first row, the shares whose interval leaves out 0, and the other ones."""
-    change = f"{_QUANTITIES[name]} {_signed(means.iloc[0])} {QUANTITIES[name].unit}"
+    sizes = {str(component): _signed(row).partition(" ")[0] for component, row in means.iterrows()}
     shares = means.drop("change").sort_values("mean", key=np.abs, ascending=False)
     unclear = (shares["low"] <= 0) & (shares["high"] >= 0)
-    shown = [f"{component} {_signed(row).partition(' ')[0]}" for component, row in shares[~unclear].iterrows()]
+    shown = [f"{component} {sizes[str(component)]}" for component in shares.index[~unclear]]
     unshown = f"around 0: {listed(list(map(str, shares.index[unclear])))}" if unclear.any() else ""
-    return f"{change} ({'; '.join([text for text in (', '.join(shown), unshown) if text])})"
+    detail = "; ".join(text for text in (", ".join(shown), unshown) if text)
+    return f"{_QUANTITIES[name]} {sizes['change']} {QUANTITIES[name].unit} ({detail})"
 
 
 def _signed(row: pd.Series) -> str:

@@ -173,14 +173,14 @@ def effect_text(effect: Effect, called: Called, mark: Mark) -> str:
 
 
 def change(effect: Effect) -> str:
-    """Return the means of the two groups with their unit, ``13.5 → 21.5 mmHg``; how both changed, ``× 0.9, × 0.7``."""
+    """Return the means of the two groups with their unit, ``13.5 → 21.5 mmHg``, or by what factor each changed."""
+    means = effect.mean_reference, effect.mean_group
     if effect.contrast.kind == "interaction":
-        return f"× {number(effect.mean_reference)}, × {number(effect.mean_group)}"
+        sides = effect.contrast.reference, effect.contrast.group
+        return ", ".join(f"× {number(mean)} in {short(side)}" for mean, side in zip(means, sides, strict=True))
     units = [(unit(effect.unit), 1.0), *also_read(effect.unit)]
-    means = (effect.mean_reference, effect.mean_group)
-    return " = ".join(
-        f"{' → '.join(number(factor * mean) for mean in means)} {name}".rstrip() for name, factor in units
-    )
+    return " = ".join(" → ".join(number(factor * mean) for mean in means) + f" {name}".rstrip()
+                      for name, factor in units)  # fmt: skip
 
 
 def limit(effects: Sequence[Effect]) -> str:

@@ -34,16 +34,7 @@ from vasowave.study.report.answer.effects import (
     where,
 )
 from vasowave.study.report.answer.marks import Mark, unmarked
-from vasowave.study.report.wording import (
-    LIMIT,
-    listed,
-    number,
-    probability,
-    ratio_with_interval,
-    some_of,
-    span,
-    unlimited,
-)
+from vasowave.study.report.wording import LIMIT, listed, number, ratio_with_interval, some_of, span, unlimited
 
 CLEAR = LIMIT
 """Family-wise p below which a difference is said to be shown."""
@@ -83,9 +74,10 @@ def group_answer(primary: Primary, called: Called, mark: Mark = unmarked) -> Stu
     by_contrast = grouped(_leading(effects), lambda effect: effect.contrast)
     brief = len(grouped(effects, lambda effect: effect.contrast)) > 1
     first = [_first(of_contrast, called, crossed, brief) for of_contrast in by_contrast.values()]
-    questions: dict[str, list[str]] = {ONE_QUESTION: texts} if (texts := shown_alone(primary, called)) else {}
+    questions: dict[str, list[str]] = {}
     for (question, _), asked in grouped(effects, lambda effect: (effect.question, effect.contrast)).items():
         questions.setdefault(question, []).append(_numbers(asked, called, mark, crossed, brief))
+    questions |= {ONE_QUESTION: texts} if (texts := shown_alone(primary, called)) else {}
     answers = [(question, " ".join(texts)) for question, texts in questions.items()]
     count = tested(effects)
     many = f"Those of ratios and p are corrected for {count} comparisons, all others hold alone. " if count > 1 else ""
@@ -100,7 +92,7 @@ def shown_alone(primary: Primary, called: Called) -> list[str]:
     if not alone:
         return []
     several = len(labels(primary.effects)) > 1
-    named = some_of([f"{called(effect.quantity)} ({f'{effect.contrast}, ' if several else ''}{probability(p)})"
+    named = some_of([f"{called(effect.quantity)} ({f'{effect.contrast}, ' if several else ''}p = {number(p, 2)})"
                      for effect, p in sorted(alone, key=itemgetter(1))], _MAX_NAMED)  # fmt: skip
     count = len({effect.quantity for effect in primary.effects if not effect.untested})
     subject = "each of these" if len(alone) > 1 else "it"
@@ -248,17 +240,14 @@ def _least_shown(effects: Sequence[Effect], called: Called) -> list[str]:
 
 
 def _few_degrees(effects: Sequence[Effect]) -> list[str]:
-    """Say which effects of a design rest on few degrees of freedom, and how large they must be to be shown."""
+    """Say which effects of a design rest on few degrees of freedom, so that they must be large to be shown."""
     sparse = [effect for effect in effects if isinstance(effect, DesignEffect) and effect.freedom < MIN_FREEDOM]
     if not sparse:
         return []
-    high, low, freedom = np.array([(effect.high, effect.low, effect.freedom) for effect in sparse]).T
-    percents = 100 * (np.sqrt(high / low) - 1)  # of ratios that are shown
+    freedom = span(np.array([effect.freedom for effect in sparse]), 2)
     return [
-        f"{listed(labels(sparse))}: {len(sparse)} of {len(effects)} ratios rest on {span(freedom, 2)} "
-        "degrees of freedom. "
-        f"Beside all other rows such a ratio is shown if it differs from 1 by about {span(percents, 2)} % or more; "
-        "fewer covariates, blocks, quantities or contrasts would leave more."
+        f"{listed(labels(sparse))}: {len(sparse)} of {len(effects)} ratios rest on {freedom} degrees of freedom and "
+        "must be large to be shown; fewer covariates, blocks, quantities or contrasts would leave more."
     ]
 
 
