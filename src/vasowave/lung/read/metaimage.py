@@ -94,10 +94,8 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
     packed = fields.get("CompressedData", "False").lower() in _YES
     if packed:
         require_bytes(holder, start, count, "zlib")
-    elif offset == -1:  # the voxels are the last bytes of their file
-        require_bytes(holder, max(holder.stat().st_size - count, start), count)
-    elif fields.get("BinaryData", "True").lower() in _YES:
-        require_bytes(holder, start + offset, count)
+    elif offset == -1 or fields.get("BinaryData", "True").lower() in _YES:
+        require_bytes(holder, start, count, offset=offset)
     if start and (offset > 0 or (packed and "CompressedDataSize" not in fields)):  # ITK reads other voxels
         reason = "names the length of a header before its voxels" if offset > 0 else "has no CompressedDataSize"
         raise InputError(f"{path}: not an image that can be read: its header {reason}; export it again")

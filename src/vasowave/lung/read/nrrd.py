@@ -118,17 +118,8 @@ def _require_voxels(path: Path, fields: dict[str, str], holders: Sequence[Path],
         raise InputError(f"{path}: not an image that can be read: its header is damaged; export it again") from None
     if not lines and encoding not in _TEXTS:  # the library counts the numbers of a text itself
         for holder in holders:
-            _require_in(holder, start, offset, count // len(holders), _PACKINGS[encoding])
+            require_bytes(holder, start, count // len(holders), _PACKINGS[encoding], offset)
     return count
-
-
-def _require_in(holder: Path, start: int, offset: int, count: int, packing: Packing) -> None:
-    """Raise `InputError` unless a file holds so many bytes of voxels behind those that its header passes over."""
-    if packing == "raw":
-        last = holder.stat().st_size - count  # where voxels begin that end with the file
-        require_bytes(holder, max(start, last) if offset == -1 else start + offset, count)
-    else:  # bytes are skipped in what comes out
-        require_bytes(holder, start, count + max(offset, 0), packing)
 
 
 VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), None, read_nrrd, check_nrrd))

@@ -60,15 +60,17 @@ def data_file(header: Path, name: str) -> Path:
         raise InputError(f"{header}: not an image that can be read: its voxels, {error}") from None
 
 
-def require_bytes(path: Path, start: int, count: int, packing: Packing = "raw") -> None:
+def require_bytes(path: Path, start: int, count: int, packing: Packing = "raw", offset: int = 0) -> None:
     """Raise `InputError` unless exactly `count` bytes of voxels stand in `path` from byte `start` on.
 
-    Packed voxels are unpacked in pieces, never more than `count` of them; their own check sum must agree.
+    `offset` bytes before them are skipped, of what comes out where they are packed; -1: they end the file. Packed
+    voxels are unpacked in pieces, never more than there are; their own check sum must agree.
     """
     if packing == "raw":
-        actual = path.stat().st_size - start
-    else:
         size = path.stat().st_size
+        actual = min(size - start, count) if offset == -1 else size - start - offset
+    else:
+        size, count = path.stat().st_size, count + max(offset, 0)
         if count > max(LARGE, DENSE * size):
             raise InputError(
                 f"{path}: {min(count, 10**30) / 1e9:.3g} GB of voxels in {size / 1e6:.1f} MB; no image is so even: "

@@ -52,7 +52,8 @@ def map_vff(path: Path) -> Image:
     spacing = steps * float(fields.get("elementsize", "nan")) * centimeters("mm")
     if spacing.shape != (3,) or not (np.isfinite(spacing).all() and spacing.min() > 0):
         spacing = UNSIZED
-    provenance = "its header has no elementsize or spacing" if spacing is UNSIZED else "elementsize and spacing in it"
+    lengths = "elementsize and spacing of its header"
+    provenance = "its header has no elementsize or spacing" if spacing is UNSIZED else lengths
     return RawVoxels(path, end.end(), (z, y, x), kind, spacing, provenance).image()
 
 
