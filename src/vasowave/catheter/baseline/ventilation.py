@@ -64,7 +64,7 @@ class VentilationRules:
     tells: float = 0.04
     tells_of_flow: float = 0.02
     locked: float = 0.9
-    plateau_beats: float = 1.8
+    plateau_beats: float = 2.5
     scatter_sd: float = 4.0
     serial_sd: float = 2.6
     normal_p: float = 0.01
