@@ -5,8 +5,8 @@ uv run python benchmarks/untidy_recordings.py 3 --kind sine hum     three seeds 
 
 A heart ejects beat by beat into a tube that ends in a Windkessel, solved in time, so that every rhythm has the pressure
 that belongs to it. On top come breaths, instruments and accidents. True are mean pressure, mean flow and heart rate of
-the animal at end-expiration, or over breaths that rest at neither end, before any intervention. A number that is off by more than 2 % without a finding that
-asks for a look is silently wrong.
+the animal at end-expiration, or over breaths that rest at neither end, before any intervention. A number that is off by
+more than 2 % without a finding that asks for a look is silently wrong.
 """
 
 import argparse
