@@ -30,6 +30,8 @@ class VentilationRules:
         Share of the breath's height above its end within which a beat stands at end-expiration.
     longer : float
         The pressure rests at an end if it is this many times as long in that third of the breath's height.
+    end_share : float
+        Share of a breath over which the level of an end is taken.
     explained : float
         Share of the variance of levels that breaths explain which repeat.
     outlier_sd : float
@@ -57,6 +59,7 @@ class VentilationRules:
 
     low_share: float = 0.12
     longer: float = 1.5
+    end_share: float = 0.1
     explained: float = 0.85
     outlier_sd: float = 2.5
     no_breath: float = 0.01
@@ -64,7 +67,7 @@ class VentilationRules:
     tells: float = 0.04
     tells_of_flow: float = 0.02
     locked: float = 0.9
-    plateau_beats: float = 1.8
+    plateau_beats: float = 2.5
     scatter_sd: float = 4.0
     serial_sd: float = 2.6
     normal_p: float = 0.01
@@ -235,7 +238,10 @@ def _course(breath: Breath, rules: VentilationRules) -> tuple[np.ndarray, float,
     phases = breath.time * breath.rate * max(1, round(1.0 / (breath.rate * beat)))
     locked = abs(np.mean(np.exp(2j * np.pi * phases))) > rules.locked
     levels = breath.at(breath.time if locked else np.arange(200) / (200 * breath.rate))
-    return levels, float(np.ptp(breath.within_beats(beat))), locked / (breath.rate * beat)
+    course = breath.within_beats(beat)
+    width = round(rules.end_share * len(course))
+    ends = np.convolve(np.append(course, course[:width]), np.full(width, 1 / width), "valid")
+    return levels, float(np.ptp(ends)), locked / (breath.rate * beat)
 
 
 def _by_phase(

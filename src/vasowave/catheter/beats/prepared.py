@@ -58,8 +58,8 @@ class Averaging:
     least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9
     """A beat whose pressure or flow correlates less with the median beat is rejected."""
     reject_ventilation: bool = True
-    """Whether a beat whose mean pressure or flow stands off the end-expiratory level (more than 2.5 SD of the narrowest
-    quarter of all beats) is rejected."""
+    """Whether a beat whose mean pressure stands off end-expiration is rejected, where the pressure rests at one end of
+    the breath; else, and if false, whole breaths are averaged."""
     correct_delay: bool = False
     """Whether the flow is advanced by the p-q delay that the feet of both show. They tell it within a few percent of
     the cycle, which moves the stiffness by much; a delay that was measured is better."""
