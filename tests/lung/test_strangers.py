@@ -155,6 +155,13 @@ def test_an_extraction_names_the_vessel_with_a_clot():
     assert "image.inclusions" in [doubt.finding.code for doubt in extraction.doubts]
 
 
+@pytest.mark.parametrize(("offset", "size"), [(3.0, 3.6), (4.5, 4.5)])
+def test_a_clot_that_reaches_the_wall_leaves_one_vessel(offset, size):
+    volume = scan(TUBE & (Z < 57), dark=clot(offset, size))
+    extraction = lung.extract(volume, root=tuple(at(4, 20, 20)), threshold=100, species="other", cannula=0)
+    assert len(extraction.network) == 1
+
+
 def test_a_first_look_measures_the_lumen_with_its_clot():
     vessel = (np.hypot(Y - MIDDLE, X - MIDDLE) < RADIUS) & (Z > 3) & (Z < 57)
     whole = lung.look(scan(vessel), 100, species="other", cannula=0).measured.network.radius[0]

@@ -26,10 +26,10 @@ ROUND_EXCESS_VOXELS, MIN_STATIONS = 2.0, 10
 least so many voxels of a vessel exceeds it by more, the vessel is not round, and heights count from its own outline."""
 STIFF = 1000.0
 """How much less than a node's place a change of curvature counts: bumps shorter than some 20 voxels are smoothed."""
-DENT, DENTED_WEIGHT, SPANNED = 0.85, 0.01, 0.6
-"""Where a vessel is narrower than this share of a line through its wider half, a clot or a bubble dents it: its tube
-there is that of both sides, and its axis, which the dent moves, counts so much. The wider half has to span the last
-share of its length, else the vessel narrows."""
+DENT, BEYOND, DENTED_WEIGHT = 0.85, 75, 0.01
+"""No vessel widens away from the heart: where it is narrower than the first share of what lies beyond, by its
+percentile, a clot or a bubble dents it. Its tube there is that beside the dent; its axis, which that moves, counts so
+much."""
 
 
 def tips_outside(tree: Tree, paths: MinimalPaths) -> list[int]:
@@ -123,18 +123,12 @@ def _tube_radius(line: Line, stretch: tuple[float, float], is_end: bool) -> tupl
         return np.full(len(line), _stub_radius(line)), np.ones(len(line))
     well = free & (run < run[-1] - 2.5 * np.median(line.radius[free])) if is_end else free
     free = well if well.sum() >= 3 else free
-    radius = ndimage.percentile_filter(line.radius[free], 35, size=min(int(free.sum()), 15), mode="nearest")
-    is_full = radius >= DENT * _line_above(run[free], radius)
+    count = int(free.sum())
+    beyond = ndimage.percentile_filter(line.radius[free], BEYOND, size=count, mode="nearest", origin=-(count // 2))
+    is_full = line.radius[free] >= DENT * beyond
+    radius = ndimage.percentile_filter(line.radius[free][is_full], 35, size=min(int(is_full.sum()), 15), mode="nearest")
     weight = np.where(np.interp(run, run[free], is_full) < 1, DENTED_WEIGHT, 1.0)
-    return np.interp(run, run[free][is_full], radius[is_full]), weight
-
-
-def _line_above(run: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return a line through the wider half of a vessel, of both sides of a dent; 0 where it lies on one side."""
-    is_wide = radius >= np.median(radius)
-    if np.ptp(run[is_wide]) < SPANNED * np.ptp(run):  # it narrows
-        return np.zeros(len(run))
-    return np.polyval(np.polyfit(run[is_wide], radius[is_wide], 1), run)
+    return np.interp(run, run[free][is_full], radius), weight
 
 
 def _stub_radius(line: Line) -> float:

@@ -130,7 +130,8 @@ def _within_edges(plain: Densitometry, profiles: Sequence[Profile | None], spaci
     edge, hidden = second_edge(profiles, even_radius, plain.aspect, spacing)
     if edge is None:
         share = np.full(len(profiles), 1 - hidden.widens)
-        return replace(plain, radius=plain.radius * share, sd=plain.sd * share, share=share, hidden_wall=hidden.sd)
+        common_sd = float(np.hypot(hidden.sd, GUESSED_SHARE * hidden.widens))  # haze and wobble make blur grow, too
+        return replace(plain, radius=plain.radius * share, sd=plain.sd * share, share=share, hidden_wall=common_sd)
     plain = replace(plain, edge=edge, blur=edge.blur * spacing)
     if edge.kind == "double":
         return plain
