@@ -59,7 +59,7 @@ def load_intervals(
             "simulated; ask for more draws"
         )
     low, _, high = np.quantile(values[:, 0], TAILS, axis=0, method="weibull")
-    columns = {}
+    columns: dict[str, np.ndarray] = {}
     for column, (name, unit) in enumerate(map(split_unit, LOADS)):
         columns |= {f"{name} low [{unit}]": low[:, column], f"{name} high [{unit}]": high[:, column]}
     return pd.DataFrame(columns, pd.Index(fit.model.network.name, name="vessel"))
