@@ -395,9 +395,14 @@ FAULTS = [
         (("+ np.log(np.mean(component == i))", "+ 3.0 * i"),),
     ),
     Fault(
-        "emulators learn the posterior alone",
+        "emulators learn the top of the posterior alone",
         "pulse/inference/rounds.py",
-        (("_LEARNED_POWER = 0.6", "_LEARNED_POWER = 1.0"),),
+        (("_LEARNED_POWER = 0.6", "_LEARNED_POWER = 4.0"),),
+    ),
+    Fault(
+        "walkers start at the top of a ridge alone",
+        "pulse/inference/rounds.py",
+        (("ridge = [mode.middle, *_ridge(target, mode, rng)]", "ridge = [mode.middle]"),),
     ),
     Fault(
         "draws of a wider density taken for the posterior's",
