@@ -20,7 +20,7 @@ def test_a_recording_that_was_moved_is_known_by_its_name_and_its_bytes(tmp_path)
     known = RecordingIndex(tmp_path, rows)
 
     def recorded(*names):
-        return SimpleNamespace(files=[tmp_path / name for name in names], in_file="")
+        return SimpleNamespace(files=[tmp_path / name for name in names], in_file="", sheet="")
 
     assert known.row_of(recorded("here.txt")) is rows[0]
     assert known.row_of(recorded("new/third.txt")) is None
