@@ -208,11 +208,15 @@ def _repeats(
     if sum(len(breath.beats) for breath in breaths) < len(means):
         return False
     fitted = np.concatenate([breath.at(breath.time) + means[breath.beats].mean() for breath in breaths])
-    left = (means - fitted)[good] - (means - fitted)[good].mean()
-    lags = min(round(1.0 / (breaths[0].rate * np.median(np.diff(breaths[0].time)))), len(left) // 2)
-    returns = [float(left[lag:] @ left[:-lag] / (left @ left)) for lag in range(1, lags + 1)] if left.any() else []
-    is_noise = len(left) * np.sum(np.square(returns)) < lags + rules.scatter_sd * (2.0 * lags) ** 0.5
-    return bool(is_noise or left.std() < max(no_breath, (1.0 - rules.explained) ** 0.5 * float(means[good].std())))
+    residual = (means - fitted)[good] - (means - fitted)[good].mean()
+    lags = min(round(1.0 / (breaths[0].rate * np.median(np.diff(breaths[0].time)))), len(residual) // 2)
+    returns = (
+        [float(residual[lag:] @ residual[:-lag] / (residual @ residual)) for lag in range(1, lags + 1)]
+        if residual.any()
+        else []
+    )
+    is_noise = len(residual) * np.sum(np.square(returns)) < lags + rules.scatter_sd * (2.0 * lags) ** 0.5
+    return bool(is_noise or residual.std() < max(no_breath, (1.0 - rules.explained) ** 0.5 * float(means[good].std())))
 
 
 def _rests(stretches: list[np.ndarray], rules: VentilationRules) -> Rest:
