@@ -210,11 +210,8 @@ def _repeats(
     fitted = np.concatenate([breath.at(breath.time) + means[breath.beats].mean() for breath in breaths])
     residual = (means - fitted)[good] - (means - fitted)[good].mean()
     lags = min(round(1.0 / (breaths[0].rate * np.median(np.diff(breaths[0].time)))), len(residual) // 2)
-    returns = (
-        [float(residual[lag:] @ residual[:-lag] / (residual @ residual)) for lag in range(1, lags + 1)]
-        if residual.any()
-        else []
-    )
+    power = max(float(residual @ residual), 1e-300)
+    returns = [float(residual[lag:] @ residual[:-lag]) / power for lag in range(1, lags + 1)]
     is_noise = len(residual) * np.sum(np.square(returns)) < lags + rules.scatter_sd * (2.0 * lags) ** 0.5
     return bool(is_noise or residual.std() < max(no_breath, (1.0 - rules.explained) ** 0.5 * float(means[good].std())))
 
