@@ -158,7 +158,7 @@ def uneven_breaths(rng, time, per_second):
     return np.clip(1.0 - (ends[breath] - time) / lengths[breath], 0.0, 1.0)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(("shape", "end"), [("sine", 2.0), ("dips", 0.0), ("humps", 0.0)])
 def test_before_and_after_a_drug_are_averaged_at_one_part_of_breaths_whose_lengths_scatter(shape, end, seed):
     course = {
@@ -171,7 +171,7 @@ def test_before_and_after_a_drug_are_averaged_at_one_part_of_breaths_whose_lengt
     for fall in (1.0, 0.88):
         cycle = replace(CYCLE, pressure=fall * CYCLE.pressure)
         raw = synthetic_raw_recording(
-            cycle, rng, duration=20.0, heart_rate=360.0, sampling_rate=1000.0, disturbances=QUIET,
+            cycle, rng, duration=12.0, heart_rate=360.0, sampling_rate=500.0, disturbances=QUIET,
             baseline=lambda t: course[shape](uneven_breaths(rng, t, 1.2)),
         ).raw  # fmt: skip
         with warnings.catch_warnings():

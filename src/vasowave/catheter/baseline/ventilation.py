@@ -202,12 +202,18 @@ def _breaths(
 def _repeats(
     breaths: list[Breath], means: np.ndarray, good: np.ndarray, no_breath: float, rules: VentilationRules
 ) -> bool:
-    """Whether the phase of a beat tells where in the breath it stands: little is left of all levels."""
+    """Whether the phase of a beat tells where in the breath it stands: little is left of levels, or nothing that
+    returns (Box & Pierce 1970).
+    """
     if sum(len(breath.beats) for breath in breaths) < len(means):
         return False
     fitted = np.concatenate([breath.at(breath.time) + means[breath.beats].mean() for breath in breaths])
-    little = max(no_breath, (1.0 - rules.explained) ** 0.5 * float(means[good].std()))
-    return bool((means - fitted)[good].std() < little)
+    residual = (means - fitted)[good] - (means - fitted)[good].mean()
+    lags = min(round(1.0 / (breaths[0].rate * np.median(np.diff(breaths[0].time)))), len(residual) // 2)
+    power = max(float(residual @ residual), 1e-300)
+    returns = [float(residual[lag:] @ residual[:-lag]) / power for lag in range(1, lags + 1)]
+    is_noise = len(residual) * np.sum(np.square(returns)) < lags + rules.scatter_sd * (2.0 * lags) ** 0.5
+    return bool(is_noise or residual.std() < max(no_breath, (1.0 - rules.explained) ** 0.5 * float(means[good].std())))
 
 
 def _rests(stretches: list[np.ndarray], rules: VentilationRules) -> Rest:
