@@ -204,7 +204,7 @@ def _hidden(vessels: Sequence[_Bins], aspect: np.ndarray, sampling: np.ndarray) 
     chance = np.exp(-np.interp(fine**2, widths**2, np.array(excess) - excess[0]) / 2)
     wider = np.interp(fine, widths, [1 - np.median(fit.x[0::4] / plain.x[0::4]) for fit in fits])
     odds = RULES.hidden_chance / (1 - RULES.hidden_chance) * chance.mean()
-    widens = odds / (1 + odds) * float(np.average(wider, weights=chance))
+    widens = float(odds / (1 + odds) * np.average(wider, weights=chance))
     off_sd = np.sqrt(np.average((RULES.brighter * wider - widens) ** 2, weights=chance))
     return HiddenWall(widens, float(off_sd))
 
