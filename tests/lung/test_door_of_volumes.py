@@ -314,7 +314,7 @@ def vti(folder, order="<", form="appended", cells=False, packed=False, header="U
                                   {"form": "ascii"}, {"packed": True}])  # fmt: skip
 def test_an_image_of_vtk_asks_for_its_unit_alone(tmp_path, form):
     path = vti(tmp_path, **form)
-    with pytest.raises(InputError, match=r"VTK names no unit of its Spacing \(0.02 0.03 0.05\)"):
+    with pytest.raises(InputError, match=r"VTK names no unit of its Spacing \(0.02, 0.03, 0.05\)"):
         read_volume(path)
     volume, codes = opened(path, wrapped.SIZE)
     np.testing.assert_array_equal(volume.grey, wrapped.GREY)

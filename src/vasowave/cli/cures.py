@@ -73,8 +73,10 @@ class Shell:
                 options = ["" if title in settled else _option(title, text) for title, text in cells]
                 if not all(options) and self.study is None:
                     return ""
-                if not all(options):
-                    written = ", ".join(f"'{text or 'nothing'}' into '{title}'" for title, text in cells)
+                if not all(options) or (row and "sheet" in dict(cells)):  # adding another sheet adds a row
+                    written = ", ".join(
+                        f"'{(text or 'nothing').replace(UNKNOWN, VALUE)}' into '{title}'" for title, text in cells
+                    )
                     return f"animals.csv: write {written} of {' and '.join(animals) or 'the animal'}"
                 if self.study is None:
                     return " ".join(options)
@@ -119,10 +121,10 @@ class Shell:
     def _files(self, cure: Cure, animals: Sequence[str]) -> list[str]:
         """Return the files of the first animal, and of others that the same cells mend and that have files alone."""
         rows = [self.rows.get(animal, {}) for animal in animals[:_MAX_FILES]]
-        alike = [
-            row for row in rows[1:] if in_row(cure, row) == in_row(cure, rows[0]) and not any(map(row.get, _PLACES))
-        ]
-        return [row[title] for row in (*rows[:1], *alike) for title in ("recording", "flow") if row.get(title)]
+        alone = [row for row in rows if not any(map(row.get, _PLACES))]
+        alike = [row for row in alone if in_row(cure, row) == in_row(cure, rows[0])] if rows[:1] == alone[:1] else []
+        files = (row[title] for row in (*rows[:1], *alike) for title in ("recording", "flow") if row.get(title))
+        return [*dict.fromkeys(files)]
 
 
 def _typable(command: str) -> bool:

@@ -37,8 +37,9 @@ _RATE = re.compile(
     r"\W*?(?P<rate>\d+(?:[.,]\d+)?)\s*(?P<k>k?)hz"
     r"|\bfs\s*[=:]?\s*(?P<fs>\d+(?:[.,]\d+)?)\s*(?P<kilo>k?)hz"
     r"|\"sampling rate\": ?(?P<json>\d+(?:\.\d+)?)"
+    r"|(?:sampl\w*|acquisition)[ _-]*(?:rate|freq\w*)\W*(?P<same>\d+(?:\.\d+)?)(?:,(?P=same))+$"  # of every trace
     r"|(?:sampl\w*|acquisition)[ _-]*(?:rate|freq\w*)\W*(?P<plain>\d+(?:\.\d+|,\d+(?!\.))?)"
-    r"(?:,(?P=plain))*\s*(?:/ ?s\w*|samples.*)?$",
+    r"\s*(?:/ ?s\w*|samples.*)?$",
     re.IGNORECASE,
 )
 _DELTA_X = re.compile(r"delta_x\s+([\d.,eE+-]+)(?:\s|$)", re.IGNORECASE)  # LabVIEW, s
@@ -279,7 +280,7 @@ def _rate(remarks: Sequence[str], above: Sequence[str]) -> float | None:
         if (match := _DELTA_X.match(line)) and is_numeric(match[1]):
             return 1.0 / max(float(match[1].replace(",", ".")), 1e-9)
         if match := _RATE.search(line):
-            number = match["rate"] or match["fs"] or match["json"] or match["plain"]
+            number = match["rate"] or match["fs"] or match["json"] or match["same"] or match["plain"]
             return float(number.replace(",", ".")) * (1e3 if match["k"] or match["kilo"] else 1.0) or None
     return None
 

@@ -17,7 +17,7 @@ from vasowave.base.stores import parsed
 
 _NUMPY = (b"PK\x03\x04", b"\x93NUMPY")
 _JSON, _JSON_OBJECTS = re.compile(rb"\s*[\[{]"), re.compile(rb"\s*(?:\[\s*)?\{\s*[\"}]")
-_JSON_LINES = re.compile(rb"\s*\{[^\n]*\}\s*\n\s*\{")  # an object a line
+_JSON_LINES = re.compile(rb"\s*\{[^\n]*\}[ \t\r]*\n\s*\{")  # an object a line
 _WAVES = re.compile(
     r"^WAVES(?P<flags>(?:\s*/\S+)*)\s+(?P<names>[^\n]+)\s+BEGIN\s+(?P<rows>.*?)^\s*END\b", re.M | re.S | re.I
 )

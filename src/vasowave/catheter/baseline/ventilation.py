@@ -150,7 +150,7 @@ def mark_inspiration(
     reasons: list[Rejection], starts: np.ndarray, ends: np.ndarray, means: tuple[np.ndarray, np.ndarray],
     shapes: tuple[np.ndarray, np.ndarray], sample: float = 0.0, rules: VentilationRules = RULES,
 ) -> Expiration:  # fmt: skip
-    """Reject the beats whose mean pressure or flow stands off the end-expiratory level, and return that level.
+    """Reject the beats whose mean pressure stands off end-expiration, and return at which end that is.
 
     Times are in s; `means` are those of the beats' pressure, its drift removed, and flow, `shapes` their usual beats;
     `sample` is the time between samples. `reasons` are added to.
@@ -297,10 +297,12 @@ def _by_level(
     else:
         middle = float(np.median(levels))
         limit = rules.scatter_sd * 1.48 * float(np.median(np.abs(levels - middle)))  # times the SD of a normal
-    _mark(reasons, means - middle, max(limit, no_breath))
+    off = means - middle
+    used = _mark(reasons, off, max(limit, no_breath)) if rests != "neither" else np.zeros(len(off), dtype=bool)
+    error = 0.5 * abs(float(off[used].mean())) if rests and used.any() else 0.0
     sides = np.digitize(levels, [low + (high - low) / 3, high - (high - low) / 3])
     rate = float(np.sum(np.diff(sides[sides != 1]) > 0) / np.ptp(time))
-    return Expiration(rests, findings=_doubts(rests, float(high - low), rate, rules.tells * float(levels.mean())))
+    return Expiration(rests, error, _doubts(rests, float(high - low), rate, rules.tells * float(levels.mean())))
 
 
 def _is_scatter(means: np.ndarray, rules: VentilationRules) -> bool:

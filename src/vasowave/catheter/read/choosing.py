@@ -168,11 +168,11 @@ def _offers(channels: Sequence[T], choice: Choice[T]) -> list[SetCells]:
 def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
     """Return the names of columns with ``time`` for the only one in a unit of time, where none is called so; of several
     for those that are called t and time, perhaps with a number."""
+    if "time" in names:
+        return tuple(names)
     timed = [i for i, unit in enumerate(column_units) if units.is_of(unit, "time")]
     if len(timed) > 1:
         timed = [i for i in timed if _plain(names[i]) in ("t", "time")]
-    elif "time" in names:
-        return tuple(names)
     return tuple("time" if i in timed else name for i, name in enumerate(names))
 
 

@@ -124,7 +124,7 @@ def _tube_radius(line: Line, stretch: tuple[float, float], is_end: bool) -> tupl
     well = free & (run < run[-1] - 2.5 * np.median(line.radius[free])) if is_end else free
     free = well if well.sum() >= 3 else free
     count = int(free.sum())
-    beyond = ndimage.percentile_filter(line.radius[free], BEYOND, size=count, mode="nearest", origin=-(count // 2))
+    beyond = ndimage.percentile_filter(line.radius[free], BEYOND, size=count, mode="reflect", origin=-(count // 2))
     is_full = line.radius[free] >= DENT * beyond
     radius = ndimage.percentile_filter(line.radius[free][is_full], 35, size=min(int(is_full.sum()), 15), mode="nearest")
     weight = np.where(np.interp(run, run[free], is_full) < 1, DENTED_WEIGHT, 1.0)

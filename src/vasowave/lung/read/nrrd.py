@@ -24,12 +24,12 @@ _BYTES = {
 _PACKINGS: dict[str, Packing] = {
     "raw": "raw", "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"
 }  # fmt: skip
-_LIST = re.compile(r"LIST(?:\s+\d+)?$")
+_LIST = re.compile(r"data ?file:\s*LIST(?:\s+\d+)?\s*$", re.IGNORECASE)
 _COUNTED = re.compile(r"([^%]*%0?\d{0,2}d[^%]*?)\s+(-?\d{1,9})\s+(-?\d{1,9})\s+(-?\d{1,9})(?:\s+\d+)?")
 _MOST_FILES = 1 << 15
 """Forms of `data file` where voxels lie in several: names in a list, or with a number, its first, last and step."""
 _TEXTS = ("ascii", "text", "txt", "hex")
-_MAX_HEADER_BYTES = 1 << 16
+_MAX_HEADER_BYTES = 1 << 21
 """No header is longer, bytes."""
 
 
@@ -60,11 +60,11 @@ def _header(path: Path) -> tuple[dict[str, str], int]:
         raise InputError(f"{path}: not an image that can be read: no NRRD file")
     end = re.search(rb"\r?\n\r?\n", start)
     lines = start[: end.start() if end else None].decode("utf-8", errors="replace").splitlines()[1:]
-    pairs = (line.split(": ", 1) for line in lines if ": " in line and not line.startswith("#"))
+    count = next((i for i, line in enumerate(lines, 1) if _LIST.match(line)), len(lines))
+    pairs = (line.split(": ", 1) for line in lines[:count] if ": " in line and not line.startswith("#"))
     fields = {key.strip().lower().replace(" ", ""): value.strip() for key, value in pairs}
-    if _LIST.match(fields.get("datafile", "")):  # the names stand below it, to the end
-        first = next(i for i, line in enumerate(lines, 1) if re.match("data ?file:", line, re.IGNORECASE))
-        fields["files"] = "\n".join(filter(None, map(str.strip, lines[first:])))
+    if count and _LIST.match(lines[count - 1]):  # the names of files stand below it, to the end
+        fields["files"] = "\n".join(filter(None, map(str.strip, lines[count:])))
     return fields, end.end() if end else -1
 
 

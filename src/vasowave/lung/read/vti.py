@@ -166,12 +166,16 @@ def read_vti(path: Path) -> Image:
         grey, fields = _content(path)
         image = itk().GetImageFromArray(grey)
         image.SetDirection(_numbers(fields, "Direction", "1 0 0 0 1 0 0 0 1"))
+        image.SetSpacing(_numbers(fields, "Spacing", "1 1 1"))
+    except InputError:
+        raise
     except ElementTree.ParseError as error:
         raise InputError(f"{path}: not valid XML ({error}); truncated, or no .vti file") from None
     except (*DAMAGE, RuntimeError) as error:
         raise InputError(f"{path}: a damaged or truncated image of VTK ({error}); save it again") from None
-    steps = fields.get("Spacing", "1 1 1")
-    return upright(image, path)._replace(spacing=UNSIZED, provenance=f"VTK names no unit of its Spacing ({steps})")
+    lying = upright(image, path)
+    steps = ", ".join(f"{step:g}" for step in 10 * lying.spacing[::-1])
+    return lying._replace(spacing=UNSIZED, provenance=f"VTK names no unit of its Spacing ({steps})")
 
 
 def _content(path: Path) -> tuple[np.ndarray, dict[str, str]]:

@@ -3,7 +3,7 @@
 Points are scores, in which the prior is the standard normal distribution.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -150,7 +150,13 @@ def learn(target: Target, mode: Climbed, rng: np.random.Generator) -> Component:
     while surrogate is None or (rounds < _MAX_ROUNDS and error > _MAX_LIKELIHOOD_ERROR):
         rounds += 1
         fresh = walkers[rng.choice(len(walkers), 20 + 6 * size + 10 * rounds, replace=False)]
-        simulated = simulated_at(target, fresh)
+        try:
+            simulated = simulated_at(target, fresh)
+        except NumericalError:  # of most ends of the ridge
+            if surrogate is not None or rounds > 1:
+                raise
+            walkers = _about(mode, [mode.middle], 1 / np.sqrt(_LEARNED_POWER), rng)
+            continue
         if surrogate is not None:
             error = log_error(target, surrogate.log_likelihood(fresh), fresh, simulated, _LEARNED_POWER)
         points, outputs = _joined(points, outputs, fresh, simulated)
@@ -163,9 +169,13 @@ def _first_walkers(target: Target, mode: Climbed, rng: np.random.Generator) -> n
     """Return walkers all along the ridge of a mode, which may be long and bent; where it is not seen, about its top."""
     size = len(mode.middle)
     ridge = [mode.middle, *_ridge(target, mode, rng)]
-    width = _RIDGE_WIDTH if len(ridge) > size else 1 / np.sqrt(_LEARNED_POWER)
-    scatter = width * rng.standard_normal((_ROUND_WALKERS, size)) @ mode.root.T
-    return np.array(ridge)[rng.integers(len(ridge), size=_ROUND_WALKERS)] + scatter
+    return _about(mode, ridge, _RIDGE_WIDTH if len(ridge) > size else 1 / np.sqrt(_LEARNED_POWER), rng)
+
+
+def _about(mode: Climbed, places: Sequence[np.ndarray], width: float, rng: np.random.Generator) -> np.ndarray:
+    """Return walkers that scatter about places, by so many widths of a mode."""
+    scatter = width * rng.standard_normal((_ROUND_WALKERS, len(mode.middle))) @ mode.root.T
+    return np.array(places)[rng.integers(len(places), size=_ROUND_WALKERS)] + scatter
 
 
 def _ridge(target: Target, mode: Climbed, rng: np.random.Generator) -> Iterator[np.ndarray]:

@@ -15,10 +15,11 @@ from vasowave.base.findings import Finding, look_kind
 from vasowave.base.io.cells import is_row, separator_of, split_cells
 from vasowave.base.io.columns import Columns, read_columns, read_headings, read_titles
 from vasowave.base.io.files import write_file
+from vasowave.base.io.headings import split_title
 from vasowave.base.io.layout import head_of
 from vasowave.base.io.spreadsheet import is_workbook, read_sheets
 from vasowave.base.io.textfile import look, read_lines
-from vasowave.base.units import CANONICAL
+from vasowave.base.units import CANONICAL, is_of
 from vasowave.pulse.network.network import Network, image_pressure
 from vasowave.pulse.network.remarks import UNUSED
 from vasowave.pulse.network.titles import canonical_title, ends_by_places, require_width, topology_of, understood
@@ -62,9 +63,18 @@ def is_vessel_table(path: Path, start: bytes) -> bool:
 
 
 def _vessel_sheet(path: Path) -> str:
-    """Return the name of the first sheet with a table of vessels: that of nodes may stand before it; empty if none."""
-    names = [sheet.name for sheet in read_sheets(path)]
-    return next((name for name in names if _are_of_vessels(read_titles(path, look(path).start, name))), "")
+    """Return the name of the first sheet with a table of vessels: that of nodes may stand before it, and no recording.
+
+    Empty if there is none.
+    """
+    for sheet in read_sheets(path):
+        titles = read_titles(path, look(path).start, sheet.name)
+        if _are_of_vessels(titles):
+            return sheet.name
+        unit_names = [(split_title(title) or ("", ""))[1] or "" for title in titles]
+        if sum(any(is_of(unit, kind) for unit in unit_names) for kind in ("pressure", "flow", "time")) > 1:
+            return ""
+    return ""
 
 
 def _are_of_vessels(titles: Sequence[str]) -> bool:

@@ -180,14 +180,15 @@ def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
     several recordings of one animal the first counts.
     """
     firsts = {cohort.subjects[result.name]: result for result in reversed(cohort.calibrated(wall))}
+    forbidden = {result.name for result in cohort.forbidden(wall)}
     stiffenings = [
         (result, stiffens)
         for result in reversed(firsts.values())
-        if (stiffens := result.laws[wall].stiffening) is not None and wall not in cohort.unusable[result.name]
+        if (stiffens := result.laws[wall].stiffening) is not None and result.name not in forbidden
     ]
     if not stiffenings:
         return None
-    left_out = sum(wall in cohort.unusable[result.name] for result in firsts.values())
+    left_out = sum(result.name in forbidden for result in firsts.values())
     results, exponents = [result for result, _ in stiffenings], [stiffens["exponent"] for _, stiffens in stiffenings]
     name, linear = str(exponents[0].attrs["parameter"]), float(exponents[0].attrs["linear_at"])
     drawn = estimates_of(results, wall, name)

@@ -192,7 +192,7 @@ def plan_rows(path: Path, files: Sorted, options: AddingOptions) -> RowPlan:
     name_animals(new, [row["animal"] for row in before.rows])
     updated = [entry for entry in touched if fill_row(entry, options.columns)]
     filled = fill_networks(before.rows, lambda name, group: told_network(
-        name, group, marks, files.networks, folder, serves_all), folder)  # fmt: skip
+        name, group, marks, files.networks, folder, serves_all and not new), folder)  # fmt: skip
     rows = [entry.cells for entry in new]
     concerned = [*rows, *(entry.old for entry in touched if entry.old is not None)]
     if files.networks:
@@ -312,9 +312,8 @@ def _grouped(
     proposal = (
         proposed_groups([entry.named_file for entry in lost], path.parent) if lost and not requested_groups else None
     )
-    if proposal is None and len(marks) == 1 and lost and not any(
-        is_reference(name) for entry in lost for name in path_names(entry.named_file, path.parent)
-    ):  # fmt: skip
+    names = [*marks, *(name for entry in lost for name in path_names(entry.named_file, path.parent))]
+    if proposal is None and len(marks) == 1 and lost and not any(map(is_reference, names)):  # else it may be another
         (label,) = marks
         for entry in lost:
             entry.cells["group"] = label

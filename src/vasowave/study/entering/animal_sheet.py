@@ -154,10 +154,13 @@ def _converted(text: str, column: Understood) -> str:
     """Return the text of a number in a column's unit; other text as it is, but for words for no number."""
     if text.strip().upper() in GAPS:
         return ""
+    unchanged = (column.factor, column.offset) == (1, 0)
     try:
-        return f"{column.factor * number(text) + column.offset:.6g}"
+        value = number(text)
     except ValueError:  # which is refused: who mends it must know that it is in another unit
-        return text if column.factor == 1 else f"{text} times {column.factor:.4g}"
+        offset = f" plus {column.offset:.4g}" if column.offset else ""
+        return text if unchanged else f"{text} times {column.factor:.4g}{offset}"
+    return text if unchanged else f"{column.factor * value + column.offset:.12g}"
 
 
 def _titles(

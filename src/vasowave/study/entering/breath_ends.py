@@ -46,7 +46,7 @@ def different_breaths(study: Study, animals: Sequence[tuple[AnimalRow, Recording
 def _offset(recording: Recording) -> float | None:
     """Return how far the mean pressure stands above that over whole breaths, mmHg; None where no breath moves it."""
     values = {note.code: dict(note.values) for note in recording.notes}
+    if {NO_PLATEAU.code, OVER_BREATHS.code} & {*values}:
+        return 0.0
     moved = values.get(BREATH_MOVES.code) or values.get(BREATH_MOVES_FLOW.code)
-    if moved:
-        return float(moved["pressure"]) - float(moved["breath_pressure"])
-    return 0.0 if {NO_PLATEAU.code, OVER_BREATHS.code} & {*values} else None
+    return float(moved["pressure"]) - float(moved["breath_pressure"]) if moved else None

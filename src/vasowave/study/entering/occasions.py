@@ -144,6 +144,9 @@ def _reading(
     beginning = next(filter(_begins, levels), "")
     unsaid = [subjects.count(name) == 1 and not level for name, level in zip(subjects, levels, strict=True)]
     assumed = [name for name, is_unsaid in zip(subjects, unsaid, strict=True) if is_unsaid and beginning]
+    usual = max((len(words(name)) for name in {*subjects} - {*assumed}), default=0)
+    if any(len(words(name)) > usual for name in assumed):  # more than an animal's name: perhaps another occasion
+        return Occasions(tuple(subjects), tuple(levels), column, tuple(bare), False)
     levels = [beginning if is_unsaid else level for level, is_unsaid in zip(levels, unsaid, strict=True)]
     return Occasions(tuple(subjects), tuple(levels), column, tuple(bare), True, tuple(assumed))
 
@@ -185,8 +188,22 @@ def _beside_first(names: Sequence[Sequence[str]], marks: Sequence[_Mark | None])
     counts = Counter(level for level, _ in {(mark.level, _key(mark.remainder)) for mark in candidates if mark})
     several = {level for level, count in counts.items() if count > 1}
     followed = {_key(mark.remainder) for mark in candidates if mark and mark.level in several - {*BASELINE_WORDS}}
-    return [mark if mark is None or mark in marks or mark.level in several or _key(mark.remainder) not in followed
-            else None for mark in candidates]  # fmt: skip
+    beside = [mark if mark is None or mark in marks or mark.level in several or _key(mark.remainder) not in followed
+              else None for mark in candidates]  # fmt: skip
+    levels = {mark.level for mark in beside if mark and mark not in marks}
+    return [mark or _at_level(of_file[0], levels) for of_file, mark in zip(names, beside, strict=True)]
+
+
+def _at_level(name: str, levels: Iterable[str]) -> _Mark | None:
+    """Return what a name says that holds the occasion of others, as of an animal whose first one is missing."""
+    for level in sorted(levels, key=len, reverse=True):
+        hit = re.search(
+            r"(?<![^\W_])" + r"[\W_]*".join(map(re.escape, words(level))) + r"(?![^\W_])", name, re.IGNORECASE
+        )
+        animal = (name[: hit.start()] + name[hit.end() :]).strip(" _-.") if hit else ""
+        if animal:
+            return _Mark(level, "", animal, 0)
+    return None
 
 
 def _occasion_beside(of_file: Sequence[str], called: Sequence[str]) -> _Mark | None:

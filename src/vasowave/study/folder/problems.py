@@ -52,7 +52,7 @@ class StudyProblem:
         return self.finding.severity is Severity.ERROR
 
     def __str__(self) -> str:
-        names = some_of([name for name in self.animals if name != self.place.animal], _MAX_NAMES)
+        names = some_of([*self.animals[1:]], _MAX_NAMES)
         at_lines = f"line{'s' if len(self.same) > 1 else ''} {', '.join(map(str, self.same))}"
         lines = f" (the same in {': '.join(filter(None, (at_lines, names)))})"
         return ": ".join(filter(None, (str(self.place), sentence(self.finding)))) + (lines if self.same else "")

@@ -45,6 +45,9 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
     }
     longest = max((len(values) for values in vectors.values()), default=0)  # times of events are fewer
     clocks = [name for name, values in vectors.items() if _plain(name) == "time" and len(values) == longest]
+    if not clocks and (odd := next((name for name in vectors if "." not in name and _plain(name) == "time"), "")):
+        raise InputError(f"{path}: variable '{odd}' has {len(vectors[odd])} values, the signals have up to {longest}; "
+                         "save one time for each sample, or none beside the rate")  # fmt: skip
     times = [vectors[name] for name in _shallowest(clocks)]
     time = times[0] if times else None
     level = min((name.count(".") for name in vectors), default=0)  # deeper, structures speak of themselves
@@ -156,7 +159,8 @@ def _rate(path: str | Path, time: np.ndarray | None, unit: str, stated_rate: flo
     if time is None or len(time) < 2:
         return (np.nan if stated_rate is None else stated_rate), None
     time = time * units.factor(unit or "s", "time")
-    rounding = 4 * float(np.finfo(np.float64).eps) * float(np.abs(time).max())
+    written = np.float32 if np.array_equal(time, time.astype(np.float32)) else np.float64
+    rounding = 4 * float(np.finfo(written).eps) * float(np.abs(time).max())
     return sampling(time, rounding, str(path), lambda row: f"{path}, time({row + 1})")
 
 

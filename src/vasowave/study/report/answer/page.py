@@ -84,8 +84,10 @@ def _answers(
     first, *answers = answer.items(basis(cohort, primary, called), doubts_text(cohort, primary)) or [
         (THE_ANSWER, "Nothing could be compared.")
     ]
-    if not wedge_pressures(cohort) and any(effect.quantity == "PVR" for effect in primary.effects):
-        first = first[0], f"{first[1]} Vascular resistance is over an assumed outflow pressure of 0 mmHg."
+    without, count = len(cohort.results) - len(wedge_pressures(cohort)), len(cohort.results)
+    if without and any(effect.quantity in ("PVR", "R_T", "tau") for effect in primary.effects):
+        whose = "" if without == count else f" of {without} of {count} recordings"
+        first = first[0], f"{first[1]} Vascular resistance{whose} is over an assumed outflow pressure of 0 mmHg."
     return [
         first,
         *design,
