@@ -152,6 +152,10 @@ def yokogawa(t, p, q, e):
     return lines(head, lambda b, c, d: f",{b:.5E},{c:.6E},{d:.4E}", p, q, e)
 
 
+def yokogawa_of_two_traces(t, p, q, e):
+    return yokogawa(t, p, q, e).replace("1000.00,1000.00,1000.00", "1000,1000")
+
+
 def units_below_fewer_titles(t, p, q, e):
     head = ["Wave Record   1 frames", "", "           Pressure     Flow    ECG", "  msecs    mmHg     mL/s     mV"]
     return lines(head, lambda a, b, c, d: f" {1e3 * a:.1f}  {b:.4f}  {c:.6f}  {d:.4f}", t, p, q, e)
@@ -183,7 +187,13 @@ def an_object_a_line(t, p, q, e):
                  t, p, q, e)  # fmt: skip
 
 
-FORMS = (a_clock_before_each, an_object_a_line, yokogawa, units_below_fewer_titles, timedeltas, milliseconds_since_1970,
+def a_duration_beside_the_time(t, p, q, e):
+    return lines(["time [s],PAP [mmHg],T2 [ms],Flow [ml/s],ECG [mV]"], lambda a, b, c, d:
+                 f"{a:.3f},{b:.4f},12.5,{c:.6f},{d:.4f}", t, p, q, e)  # fmt: skip
+
+
+FORMS = (a_clock_before_each, a_duration_beside_the_time, an_object_a_line, yokogawa, yokogawa_of_two_traces,
+         units_below_fewer_titles, timedeltas, milliseconds_since_1970,
          iox, notocord, ponemah, elapsed_beside_a_date, acqknowledge, wfdb, dates_apart, a_row_a_signal,
          counted_samples, spike2, labchart_with_dates, slower_flow, since_1970,
          labview, physionet_with_dates, units_behind_underscores, labchart_with_commas)  # fmt: skip

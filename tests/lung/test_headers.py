@@ -127,6 +127,7 @@ def test_a_metaimage_that_contradicts_itself_is_refused(tmp_path, content, said)
         (nrrd("data file: LIST\n"), ": its header names no files of voxels"),
         (nrrd("data file: v.%03d 1 9 0\n"), ": its header names no files of voxels"),
         (nrrd("data file: LIST\n../b\n"), ": names voxels outside its own folder"),
+        (nrrd("data file: LIST\n../b\ndata file: v\n"), ": names voxels outside its own folder"),
         (b"NRRD0004\ntype: short\n", ": not an image that can be read: its header has no end; truncated?"),
         (b"NRRA0004\n\n", ": not an image that can be read: no NRRD file"),
         (nrrd(size="space directions: (1,0,0) none (0,0,1)\n"), ": its header has no (or not all) space directions"),

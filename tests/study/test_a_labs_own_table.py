@@ -265,6 +265,13 @@ TITLES = {  # cells, column, value of the first
 }
 
 
+def test_a_number_in_our_own_unit_keeps_its_digits(lab):
+    lines = [f"{line};{cell}" for line, cell in zip(SHEET.splitlines(), ("start [s]", *["0.12345678"] * 9))]
+    (lab / "lab/animals of March.csv").write_text("\n".join([*lines, ""]), "utf-8")
+    add_files(lab / "study", [lab / "lab"])
+    assert rows(lab)["R1"]["start [s]"] == "0.12345678"
+
+
 @pytest.mark.parametrize("titles", [[*TITLES][:5], [*TITLES][5:8], [*TITLES][8:10], [*TITLES][10:]])
 def test_numbers_of_the_blood_and_others_are_known_by_the_titles_and_units_of_labs_and_this_is_said(lab, titles):
     columns = [(title, *TITLES[title][0]) for title in titles]

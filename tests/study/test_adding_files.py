@@ -178,6 +178,8 @@ def test_a_study_of_one_group_has_all_in_it_but_what_a_name_says_is_another(lab,
     assert [row["group"] for row in added.rows] == ["treated"]
     assert any("treated, the only group of the study" in sentence for sentence in added.said)
     assert [row["group"] for row in add_files(study, [lab / "normoxia" / "M12.txt"]).rows] == [""]
+    CliRunner().invoke(app, ["new", str(tmp_path / "controls"), "--groups", "CTL"])
+    assert [row["group"] for row in add_files(tmp_path / "controls", [file]).rows] == [""]
 
 
 def test_networks_that_come_later_go_to_the_animals_that_wait_for_them(lab, tmp_path):
@@ -197,6 +199,18 @@ def test_networks_that_come_later_go_to_the_animals_that_wait_for_them(lab, tmp_
     assert networks == {"M11": "M11.csv", "M12": "lung.csv", "M13": "lung.csv", "M21": "hypoxia.csv"}
     with pytest.raises(InputError, match="no recording among these files"):
         add_files(study, files[2:])
+
+
+def test_the_network_of_an_animal_that_comes_along_is_not_given_to_others(lab, tmp_path):
+    study = tmp_path / "s"
+    new_study(study)
+    add_files(study, [lab / "normoxia", lab / "hypoxia"], groups="normoxia,hypoxia")
+    recording, network = tmp_path / "M77.txt", tmp_path / "M77.csv"
+    recording.write_text(exported(77, 15.0), "cp1252", errors="replace")
+    network.write_text((lab / "lung.csv").read_text("utf-8"), "utf-8")
+    add_files(study, [recording, network], group="normoxia")
+    networks = {row["animal"]: row["network"] for row in read_rows(study / "animals.csv").rows}
+    assert [animal for animal, file in networks.items() if file] == ["M77"]
 
 
 def test_files_beside_a_recording_are_found_from_where_they_were_typed(lab, tmp_path, monkeypatch):

@@ -54,6 +54,19 @@ def test_what_stands_beside_the_occasion_is_the_animal(names, column, expected):
 
 
 @pytest.mark.parametrize(
+    ("names", "last"),
+    [
+        (("R1 baseline", "R1 hypoxia", "R2 baseline", "R2 hypoxia", "R3 hypoxia"), ("R3", "hypoxia")),
+        (("R1 baseline", "R1 hypoxia", "R2 baseline", "R2 hypoxia", "R3 recovery"), ("R3 recovery", "")),
+    ],
+)
+def test_an_animal_whose_first_occasion_is_missing_is_not_taken_for_one_at_it(names, last):
+    occasions = reading(*names)
+    assert times(occasions)[-1] == last
+    assert not occasions.clear
+
+
+@pytest.mark.parametrize(
     "names",
     [
         ("CTL_1", "CTL_2", "HPH_1", "HPH_2"),  # groups
