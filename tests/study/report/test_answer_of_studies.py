@@ -12,7 +12,9 @@ from typer.testing import CliRunner
 
 import vasowave
 from vasowave.cli.app import app
+from vasowave.study.cohort import primary_comparison
 from vasowave.study.entering import write_virtual_study
+from vasowave.study.report import report_of
 from vasowave.study.results import Results
 
 NAMES = {
@@ -81,8 +83,10 @@ def study(request, tmp_path_factory):
     done = CliRunner().invoke(app, ["run", str(folder), "--no-pdf"])
     assert done.exit_code == 0, done.output
     truth = pd.read_csv(folder / "truth.csv", comment="#", index_col="animal")
-    lines = [re.match(r"([A-Z][\w ,]+)[?:] (.+)", line) for line in done.output.splitlines()]
-    return Study({line[1]: line[2] for line in lines if line}, vasowave.read_results(folder), truth, request.param)
+    results = vasowave.read_results(folder)
+    cohort, family = results.gathered(results.in_order(), "CTL"), results.settings.report
+    answers = report_of(cohort, primary_comparison(cohort, family), family).answers()
+    return Study({question.rstrip("?"): text for question, text in answers}, results, truth, request.param)
 
 
 def near(text, value):
@@ -110,7 +114,8 @@ def directed(sentence):
 def test_the_first_sentences_name_what_is_shown_its_direction_and_size_and_all_that_is_open(study):
     rows = study.rows
     shown = {*rows.index[rows["p"] < 0.05]}
-    first, *rest = study.sentences("The answer")
+    first, *rest, assumed = study.sentences("The answer")
+    assert assumed == "Vascular resistance is over an assumed outflow pressure of 0 mmHg."
     if shown:
         effects = directed(first)
         assert {*effects} == shown
