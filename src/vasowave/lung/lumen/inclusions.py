@@ -32,8 +32,8 @@ class InclusionRules:
         The agent's level is that of the lumen within so many voxels.
     """
 
-    min_directions: int = 18
-    min_rim: int = 14
+    min_directions: int = 22
+    min_rim: int = 15
     min_seed_share: float = 0.2
     reach_radii: float = 3.0
     min_voxels: int = 8
