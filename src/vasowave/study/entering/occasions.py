@@ -188,10 +188,10 @@ def _beside_first(names: Sequence[Sequence[str]], marks: Sequence[_Mark | None])
     counts = Counter(level for level, _ in {(mark.level, _key(mark.remainder)) for mark in candidates if mark})
     several = {level for level, count in counts.items() if count > 1}
     followed = {_key(mark.remainder) for mark in candidates if mark and mark.level in several - {*BASELINE_WORDS}}
-    beside = [mark if mark is None or mark in marks or mark.level in several or _key(mark.remainder) not in followed
+    levelled = [mark if mark is None or mark in marks or mark.level in several or _key(mark.remainder) not in followed
               else None for mark in candidates]  # fmt: skip
-    levels = {mark.level for mark in beside if mark and mark not in marks}
-    return [mark or _at_level(of_file[0], levels) for of_file, mark in zip(names, beside, strict=True)]
+    levels = {mark.level for mark in levelled if mark and mark not in marks}
+    return [mark or _at_level(of_file[0], levels) for of_file, mark in zip(names, levelled, strict=True)]
 
 
 def _at_level(name: str, levels: Iterable[str]) -> _Mark | None:
