@@ -10,7 +10,8 @@ from vasowave.pulse.analysis.prediction import Progress, values_of_draws
 from vasowave.pulse.analysis.shear import LOADS, vessel_loads
 from vasowave.pulse.analysis.uncertain import UncertainModel
 
-_LEAST_DRAWS = 40  # with fewer none lies in the 2.5 % at either end
+LEAST_DRAWS = 40
+"""With fewer draws none lies in the 2.5 % at either end."""
 
 
 def load_intervals(
@@ -53,9 +54,9 @@ def load_intervals(
             "inference: posterior and take vasowave.stored_fit"
         )
     values, _ = values_of_draws(fit, draws, seed, lambda *drawn: iter([drawn]), progress, vessel_loads)
-    if len(values) < _LEAST_DRAWS:
+    if len(values) < LEAST_DRAWS:
         raise InputError(
-            f"intervals of shear and flow in vessels need {_LEAST_DRAWS} draws, of which {len(values)} could be "
+            f"intervals of shear and flow in vessels need {LEAST_DRAWS} draws, of which {len(values)} could be "
             "simulated; ask for more draws"
         )
     low, _, high = np.quantile(values[:, 0], TAILS, axis=0, method="weibull")

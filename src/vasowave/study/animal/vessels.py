@@ -8,7 +8,7 @@ import xarray as xr
 from vasowave.pulse.analysis.compliances import compliance
 from vasowave.pulse.analysis.shear import vessel_loads
 from vasowave.pulse.analysis.tree import pressure_drop, wave_speeds
-from vasowave.pulse.analysis.uncertain_loads import load_intervals
+from vasowave.pulse.analysis.uncertain_loads import LEAST_DRAWS, load_intervals
 from vasowave.pulse.calibration.result import CalibratedModel
 from vasowave.pulse.model import walls
 from vasowave.pulse.quantities import QUANTITIES, network_sums
@@ -49,9 +49,9 @@ def vessels_dataset(fit: CalibratedModel) -> xr.Dataset:
 
 
 def with_load_intervals(result: AnimalResult, law: LawResult) -> LawResult:
-    """Return a wall law's results with 95 % intervals of the loads of vessels, if its posterior may be believed."""
+    """Return a wall law's results with 95 % intervals of the loads of vessels, if its posterior has draws for them."""
     stored = stored_fit(result, law.name)
-    if not stored.drawn:
+    if len(stored.drawn) < LEAST_DRAWS:
         return law
     intervals = _renamed(table_dataset(load_intervals(stored).reset_index(), "vessel"))
     return replace(law, vessels=law.vessels.merge(intervals))

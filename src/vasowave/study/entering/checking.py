@@ -57,6 +57,7 @@ NOT_FITTED = error_kind(
 NO_QUANTITY = look_kind(
     "check.no-quantity", "{key}: no animal will have '{name}'{hint}", "Correct its name, or remove it."
 )
+_GIVE_WEDGE = SetCells("Give its wedge pressure", (("wedge [mmHg]", UNKNOWN),))
 WEDGE_OF_SOME = look_kind(
     "check.wedge-of-some",
     "{count} of {all} recordings have a wedge pressure; in the others PVR and R_T count from 0, which alone "
@@ -68,7 +69,7 @@ WEDGE_OF_NONE = look_kind(
     "no recording has a wedge pressure, in a {species} often a third of the mean pressure: PVR and R_T count from 0, "
     "are too large, and differ less between groups than they should",
     "Give the wedge of every recording, or say with the results that it was not measured.",
-    SetCells("Give its wedge pressure", (("wedge [mmHg]", UNKNOWN),)),
+    _GIVE_WEDGE,
 )
 WEDGE_ASSUMED = kind(
     "check.wedge-assumed",
@@ -76,7 +77,7 @@ WEDGE_ASSUMED = kind(
     "no recording has a wedge pressure: PVR, R_T and the measured decay are over an assumed outflow pressure of "
     "0 mmHg; {remedy}",
     "say so with the results, or give the wedge pressure where it was measured",
-    SetCells("Give its wedge pressure", (("wedge [mmHg]", UNKNOWN),)),
+    _GIVE_WEDGE,
 )
 UNNAMED = kind(
     "check.no-primary-quantity",
