@@ -56,7 +56,10 @@ class Shell:
 
     def below(self, cures: Iterable[Cure], animals: Sequence[str] = ()) -> str:
         """Return the lines of the commands that mend a finding about some animals, each begun anew; may be empty."""
+        cures = tuple(cures)
+        rests = [(cure, rest) for cure in cures if (rest := self._left_out(cure, animals))]
         commands = dict.fromkeys(filter(_typable, (self.command(cure, animals) for cure in cures)))
+        commands |= dict.fromkeys(self.command(cure, rest) for cure, rest in rests)
         return "".join(f"\n    {command}" for command in list(commands)[:_MAX_COMMANDS])
 
     def command(self, cure: Cure, animals: Sequence[str] = ()) -> str:
@@ -118,13 +121,27 @@ class Shell:
                 return f"vasowave run {study}"
         return ""
 
+    def _together(self, cure: Cure, animals: Sequence[str]) -> list[str]:
+        """Return the first animal, and others that the same cells mend and that have files alone."""
+        alone = [name for name in animals[:_MAX_FILES] if not any(map(self._row(name).get, _PLACES))]
+        first = in_row(cure, self._row(animals[0])) if animals else None
+        alike = [name for name in alone if in_row(cure, self._row(name)) == first]
+        return [*dict.fromkeys((*animals[:1], *(alike if alone[:1] == [*animals[:1]] else [])))]
+
+    def _left_out(self, cure: Cure, animals: Sequence[str]) -> list[str]:
+        """Return the animals of which the command of cells that `add` writes says nothing."""
+        if self.study is None or not self.command(cure, animals).startswith("vasowave add"):
+            return []
+        together = self._together(cure, animals) if isinstance(in_row(cure, {}), SetCells) else animals
+        return [name for name in animals if name not in together and self._row(name)]
+
     def _files(self, cure: Cure, animals: Sequence[str]) -> list[str]:
-        """Return the files of the first animal, and of others that the same cells mend and that have files alone."""
-        rows = [self.rows.get(animal, {}) for animal in animals[:_MAX_FILES]]
-        alone = [row for row in rows if not any(map(row.get, _PLACES))]
-        alike = [row for row in alone if in_row(cure, row) == in_row(cure, rows[0])] if rows[:1] == alone[:1] else []
-        files = (row[title] for row in (*rows[:1], *alike) for title in ("recording", "flow") if row.get(title))
-        return [*dict.fromkeys(files)]
+        """Return the files of the animals that a cure mends together."""
+        rows = [self._row(name) for name in self._together(cure, animals)]
+        return [*dict.fromkeys(row[title] for row in rows for title in ("recording", "flow") if row.get(title))]
+
+    def _row(self, animal: str) -> Mapping[str, str]:
+        return self.rows.get(animal, {})
 
 
 def _typable(command: str) -> bool:

@@ -7,7 +7,6 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +14,6 @@ import typer
 
 import vasowave as vw
 from vasowave.base.errors import InputError
-from vasowave.base.findings import Place
 from vasowave.base.runtime.interrupts import interruptible
 from vasowave.base.runtime.thread_limits import cores
 from vasowave.cli import models
@@ -327,7 +325,7 @@ def _run(
             event("done", results=str(done.results), report=None if page is None else str(page),
                   failures=animals.as_plain(done.failures), missing=missing, warnings=warned)  # fmt: skip
         else:
-            problems = [folders.StudyProblem(replace(finding, place=Place(animal=name, law=finding.place.law)))
+            problems = [folders.StudyProblem(finding.at("", line=0, part="", animal=name))
                         for name, findings in done.warnings.items() for finding in findings]  # fmt: skip
             lines = problem_lines(problems, shell_of(plan.path))
             shown = lines if VERBOSE.get() else lines[:_MAX_WARNINGS]

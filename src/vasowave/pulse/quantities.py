@@ -240,11 +240,13 @@ QUANTITIES: dict[str, Quantity] = {
         comparatives=_LONGER,
     ),
     "measured_Z_c": Quantity(
-        _RESISTANCE, "Z_c (measured)", "characteristic impedance of the recording, up-slope", "8",
+        _RESISTANCE, "Z_c (measured)",
+        "characteristic impedance of the recording, up-slope; before beds that store much 20 to 45 % high", "8",
         "characteristic impedance",
     ),
     "measured_C_T": Quantity(
-        _COMPLIANCE, "C_T (measured)", "compliance of the recording, τ of the diastolic decay over PVR", "12",
+        _COMPLIANCE, "C_T (measured)",
+        "compliance of the recording, τ of the diastolic decay over PVR; of a Windkessel low by Z_c/PVR", "12",
         "total compliance",
     ),
     "measured_tau": Quantity("s", "τ (measured)", "time constant of the diastolic decay", "12", "time constant"),

@@ -1,6 +1,7 @@
 """One animal as one result: what stands in it, in which unit, and in its file."""
 
 import hashlib
+import re
 import warnings
 from dataclasses import replace
 from types import SimpleNamespace
@@ -44,7 +45,10 @@ def result():
     raw = synthetic_raw_recording(made_recording(), np.random.default_rng(3), duration=8.0).raw
     with pytest.warns(match="the flow rests at"):  # as this wave does
         animal = Animal.from_raw("m 1", "CTL", control_network(), raw, synthetic=True)
+    return analyzed(animal)
 
+
+def analyzed(animal):
     def fit(network, recording, wall, **more):
         warnings.warn(f"a warning of the {wall} fit", VasowaveWarning, stacklevel=2)
         return made_fit(wall)
@@ -271,3 +275,19 @@ def test_what_enters_a_stored_fit_is_the_flow_that_was_measured_or_what_a_pressu
     let_in = stored_inflow(SimpleNamespace(laws={"linear": entered}, recording=result.recording, root=result.root))
     np.testing.assert_allclose(let_in.flow, 1.5 * law.simulated("flow", result.root).values)
     assert let_in.period == result.recording.attrs["period"]
+
+
+def test_a_file_over_which_hdf5_hangs_is_refused(result, tmp_path):
+    """A gap of no size in a heap of texts: the library steps over it for ever."""
+    write_result(result, tmp_path / "m 1.nc")
+    content = bytearray((tmp_path / "m 1.nc").read_bytes())
+    for collection in re.finditer(b"GCOL\x01", bytes(content)):
+        start = collection.start()
+        place, end = start + 16, start + int.from_bytes(content[start + 8 : start + 16], "little")
+        while place + 16 <= end and any(content[place : place + 2]):  # the number of an object; the gap has none
+            place += 16 + -(-int.from_bytes(content[place + 8 : place + 16], "little") // 8) * 8
+        if place + 16 <= end:
+            content[place + 8 : place + 16] = bytes(8)
+    (tmp_path / "m 1.nc").write_bytes(content)
+    with pytest.raises(InputError, match="damaged"):
+        read_result(tmp_path / "m 1.nc")

@@ -21,6 +21,7 @@ _MAX_FAILURES = 8  # told one by one
 
 _NONE = "All fits succeeded; none leaves 10 % of the pulse pressure unexplained, or twice what the best law leaves."
 _NONE_BY_LAW = "Nothing failed, and by the {law} wall no problem was found; what another law has stands beside."
+_OF_ANIMALS = {"blood": "its viscosity follows each animal's hematocrit and temperature"}
 _NONE_OF_ONE = (
     "Nothing failed. One wall law was fitted, so that nothing shows whether another would meet the data better."
 )
@@ -39,7 +40,8 @@ def problems(cohort: Cohort, primary: Primary) -> list[str]:
     if interrupted:
         sentences.append(f"Interrupted: not all fits of {shortened(interrupted)} had finished.")
     if differing := cohort.differing_settings:
-        sentences.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
+        words = ", ".join(f"{key} ({_OF_ANIMALS[key]})" if key in _OF_ANIMALS else key for key in differing)
+        sentences.append(f"The animals were not all analyzed with the same settings: {words}.")
     return [*sentences, *_sites(cohort), *of_models(cohort, [primary.law])]
 
 
