@@ -115,6 +115,15 @@ def test_a_command_names_the_sheet_and_the_subject_whose_row_a_recording_is():
     assert shell.command(renamed, ["rat 1"]) == "vasowave add s s/all.xlsx --subject-row='CTL 2' --sheet=B"
 
 
+def test_a_row_that_is_not_mended_together_with_others_has_a_command_beside_theirs():
+    rows = {f"rat {number}": {"recording": f"recordings/{number}.csv"} for number in range(1, 5)}
+    rows["rat 4"] |= {"recording": "recordings/lab.xlsx", "sheet": "4"}
+    cure = SetCells("Give the wedge pressure", (("wedge [mmHg]", "8"),))
+    first, second = Shell(Path("s"), rows).below([cure], list(rows)).split("\n")[1:]
+    assert first == "    vasowave add s s/recordings/1.csv s/recordings/2.csv s/recordings/3.csv --wedge=8"
+    assert second == "    vasowave add s s/recordings/lab.xlsx --wedge=8 --sheet=4"
+
+
 def test_every_field_of_a_cure_is_text_or_cells():
     for cure in Cure.__args__:
         assert {field.type for field in fields(cure)} <= {str, tuple[tuple[str, str], ...]}, cure

@@ -57,9 +57,9 @@ class Shell:
     def below(self, cures: Iterable[Cure], animals: Sequence[str] = ()) -> str:
         """Return the lines of the commands that mend a finding about some animals, each begun anew; may be empty."""
         cures = tuple(cures)
-        rests = [(cure, rest) for cure in cures if (rest := self._left_out(cure, animals))]
+        further = [(cure, names) for cure in cures if (names := self._left_out(cure, animals))]
         commands = dict.fromkeys(filter(_typable, (self.command(cure, animals) for cure in cures)))
-        commands |= dict.fromkeys(self.command(cure, rest) for cure, rest in rests)
+        commands |= dict.fromkeys(self.command(cure, names) for cure, names in further)
         return "".join(f"\n    {command}" for command in list(commands)[:_MAX_COMMANDS])
 
     def command(self, cure: Cure, animals: Sequence[str] = ()) -> str:

@@ -34,6 +34,8 @@ def test_results_keep_the_pressure_and_exports_write_it_or_refuse(before_the_atr
     assert stored_recording(again).wedge_pressure == BEHIND
     assert set(np.asarray(stored_model(again).outlet_pressure)) == {BEHIND}
     assert float(again.measured.quantities["Z_0"]) > float(again.recording["PVR"])
+    of_law = float(again.laws["linear"].quantities["PVR"])  # of the same pulse, over the same pressure
+    assert of_law == pytest.approx(float(again.recording["PVR"]), rel=0.02)
     model = stored_model(again)
     export_model(model, recording.inflow, "svzerod", tmp_path / "zerod")
     written = json.loads((tmp_path / "zerod" / "svzerod.json").read_text("utf-8"))["boundary_conditions"]
