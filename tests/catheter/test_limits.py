@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from vasowave.base import InputError
+from vasowave.base import InputError, units
 from vasowave.catheter.check import check_closure, check_flow, check_period, check_pressure, odd_values, resting_flow
 from vasowave.catheter.read import read_wedge
 from vasowave.catheter.signals import RawRecording
@@ -43,6 +43,11 @@ def test_pressures_of_an_artery_lie_between_4_and_150_mmhg():
         check_pressure(WAVE + 3.9, "here")
     with pytest.raises(InputError, match="mean pressure 151 mmHg is too high for an artery"):
         check_pressure(WAVE + 151.0, "here")
+    for given, held, mean in (("kPa", "mmHg", 22.0), ("mmHg", "Pa", 16.0)):  # what was stated, and what the numbers are
+        numbers = (WAVE + mean - WAVE.mean()) / units.factor(held, "pressure")
+        with pytest.raises(InputError, match=rf"in {held} their mean is {mean:g} mmHg") as refused:
+            check_pressure(numbers * units.factor(given, "pressure"), "here")
+        assert refused.value.cures[0].cells == (("pressure unit", held),)
     with pytest.raises(InputError, match=r"mean pressure 0.5 mmHg is too low"):  # 3.75 mmHg if it were kPa
         check_pressure(0.1 * WAVE + 0.5, "here")
     with pytest.raises(InputError, match=r"mean pressure 0.6 mmHg looks like kPa"):  # 4.5 mmHg

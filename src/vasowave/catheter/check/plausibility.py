@@ -147,10 +147,13 @@ def check_pressure(pressure: np.ndarray, where: str) -> None:
             [_unit("pressure", "kPa")],
         )
     if mean > highest:
+        shown = {"mmHg": mean / _MMHG_PER_KPA, "Pa": mean * _MMHG_PER_KPA / 1000}  # where kPa, or mmHg, were stated
+        plausible = {unit: value for unit, value in shown.items() if lowest <= value <= highest}
+        would_be = " or ".join(f"in {unit} their mean is {value:.3g} mmHg" for unit, value in plausible.items())
         raise InputError(
-            f"{where}: mean pressure {mean:.4g} mmHg is too high for an artery; the numbers look like "
-            f"another unit than the one stated; {_UNIT_REMEDY}",
-            [_unit("pressure", "Pa")],
+            f"{where}: mean pressure {mean:.4g} mmHg is too high for an artery; the numbers look like another unit "
+            f"than the one stated{f' ({would_be})' if would_be else ''}; {_UNIT_REMEDY}",
+            [*(_unit("pressure", unit) for unit in plausible), _unit("pressure", UNKNOWN)],
         )
 
 
