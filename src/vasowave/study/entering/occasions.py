@@ -214,6 +214,7 @@ def _occasion_beside(of_file: Sequence[str], called: Sequence[str]) -> _Mark | N
     if hit is None or tuple(of_file[1:]) != tuple(called[:-1]):
         return None
     level = " ".join(re.sub(r"[\s_]+", " ", name[: hit.start()] + " " + name[hit.end() :]).strip(" -.,").split())
+    level = re.sub(r"^[(\[]([^()\[\]]*)[)\]]$", r"\1", level)
     return _Mark(level.casefold(), "", hit[0], 0) if any(map(str.isalpha, level)) else None
 
 
@@ -233,7 +234,8 @@ def _mark(name: str, place: int) -> _Mark | None:
     if len(hits) != 1:
         return None
     hit = hits[0]
-    remainder = re.sub(r"[ _]*\s[ _]*", " ", name[: hit.start()] + " " + name[hit.end() :]).strip(" _")
+    unbracketed = re.sub(r"[(\[]\s*[)\]]", " ", name[: hit.start()] + " " + name[hit.end() :])
+    remainder = re.sub(r"[ _]*\s[ _]*", " ", unbracketed).strip(" _")
     if hit.re is _NAMED:
         return _Mark(" ".join(words(hit[0])), "", remainder, place)
     unit, count = (hit[1] or hit[4]).casefold(), int(hit[2] or hit[3])
