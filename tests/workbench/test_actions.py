@@ -55,6 +55,7 @@ def test_the_desk_says_what_check_says(study):
     )
     found, said = check_study(study), checked(Desk(study))
     assert [one["text"] for one in said["problems"]] == [sentence(one.finding) for one in found.problems]
+    assert {one["code"] for one in said["notes"]} == {one.finding.code for one in found.notes}
     assert {name: tuple(row) for name, row in said["read"].items()} == {one.animal: one.row() for one in found.read}
     at = next(one for one in said["problems"] if one["error"])
     assert (at["column"], at["animals"]) == ("group", ["mouse_h1"])

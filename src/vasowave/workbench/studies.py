@@ -10,7 +10,7 @@ from vasowave.study.entering.checking import check_study
 from vasowave.study.entering.table import read_rows
 from vasowave.study.entering.template import written
 from vasowave.study.folder.animal_columns import COLUMNS, FILES, REQUIRED_COLUMNS
-from vasowave.study.folder.problems import StudyProblem
+from vasowave.study.folder.problems import StudyProblem, by_kind
 from vasowave.study.folder.settings import StudyFile
 from vasowave.study.results.overview import HEADER
 from vasowave.study.running.plan import inspect_study
@@ -101,6 +101,10 @@ def checked(desk: Desk) -> dict[str, Any]:
     rows = [dict(row) for row in read_rows(desk.table).rows] if desk.table.is_file() else []
     return {
         "problems": [_problem(problem, rows) for problem in report.problems],
+        "notes": [
+            _problem(group[0], rows) | {"animals": [name for problem in group for name in problem.animals]}
+            for group in by_kind(report.notes)
+        ],
         "read": {animal.animal: list(animal.row()) for animal in report.read},
     }
 

@@ -32,7 +32,7 @@ FEW_LEFT = look_kind(
 FEW_DEGREES = look_kind(
     "design.few-degrees",
     "{effects}: the design may leave as few as {freedom} degrees of freedom (more, where rows or blocks scatter "
-    "little); with {rows} comparisons an effect is then shown only where it is about {times:.2g} times its standard "
+    "little); with {rows} comparisons an effect is then shown only where it is about {times:.3g} times its standard "
     "error ({many:.2g} times with many animals); {remedy}",
     "name fewer covariates, blocks, quantities or contrasts, or add animals",
 )

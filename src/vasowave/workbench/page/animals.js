@@ -5,6 +5,7 @@ import { act } from "./ask.js";
 import { button, choice, h, hashOf, input, labelled, rowOf } from "./dom.js";
 import { findingOf } from "./findings.js";
 
+const NAMES = 3; // of animals beside a note
 const LEAD = 2; // columns before what was read: the animal and its group
 
 /**
@@ -180,3 +181,21 @@ export const generalFindings = ({ folder }, problems) =>
     problems.filter(({ animals }) => !animals.length).map((problem) =>
         rowOf(h("span", { class: "note" }, problem.place.replace(`${folder}/`, "")), findingOf(problem))
     );
+
+/**
+ * What was understood and assumed, and asks for nothing.
+ * @param {CheckAnswer | null} checked
+ */
+export function notesOf(checked) {
+    const notes = checked?.notes || [];
+    if (!notes.length) return null;
+    const names = (/** @type {string[]} */ animals) =>
+        animals.slice(0, NAMES).join(", ") + (animals.length > NAMES ? ` and ${animals.length - NAMES} more` : "");
+    const details = /** @type {HTMLDetailsElement | null} */ (document.querySelector("#notes"));
+    return h(
+        "details",
+        { id: "notes", open: details?.open },
+        h("summary", {}, `${notes.length} ${notes.length > 1 ? "notes" : "note"} of the check`),
+        notes.map((note) => rowOf(h("span", { class: "note" }, names(note.animals)), findingOf(note))),
+    );
+}

@@ -114,6 +114,8 @@ export interface StudyAnswer {
 }
 export interface CheckAnswer {
     problems: Problem[];
+    /** What asks for nothing, once for all animals alike. */
+    notes: Problem[];
     read: Record<string, string[]>;
 }
 

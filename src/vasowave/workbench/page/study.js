@@ -4,7 +4,7 @@
 import { act, ask, complain } from "./ask.js";
 import { all, button, choice, fill, h, input, labelled, rowOf } from "./dom.js";
 import { dropZone } from "./drop.js";
-import { generalFindings, problemsOf, tableOf } from "./animals.js";
+import { generalFindings, notesOf, problemsOf, tableOf } from "./animals.js";
 
 /**
  * @typedef {object} StudyState
@@ -115,6 +115,7 @@ function draw(place) {
         generalFindings(study, problems),
         h("section", { data: { part: "run" } }, run(study)),
         settings(study),
+        notesOf(state.checked),
     );
 }
 
