@@ -1,4 +1,4 @@
-"""Z_c and the energy of reflected waves by one cycle, of pulses whose Z_c is known.
+"""Z_c, C_T and the energy of reflected waves by one cycle, of pulses whose Z_c and compliance are known.
 
     python benchmarks/impedances.py 60 --docs      sixty pulses of each kind: half a minute; docs/recording-accuracy.md
 
@@ -15,18 +15,25 @@ import numpy as np
 
 import vasowave as vw
 from robustness_page import main_of_table
-from vasowave.pulse.analysis import characteristic_impedances, wave_speeds
+from vasowave.base import InputError
+from vasowave.pulse.analysis import characteristic_impedances, compliance, wave_speeds
 from vasowave.pulse.cycle.cycle import Inflow
 from vasowave.pulse.examples.published import hypertensive_network
 from vasowave.pulse.model.linear import linear_solution
-from vasowave.pulse.model.nominal import windkessels
+from vasowave.pulse.model.nominal import diastole, time_constant, windkessels
 
 PAGE = Path(__file__).parents[1] / "docs" / "recording-accuracy.md"
 COUNT, PERIOD, OUTPUT, MEAN = 1024, 0.11, 0.18, 15.0
 HARMONICS = np.arange(COUNT // 2 + 1)
 ANGULAR = 2j * np.pi * HARMONICS  # 1/T
 ESTIMATORS = ("up-slope", "first half")
-HEAD = ("before", "flow", "recorded", *(f"{what}, {name}" for what in ("Z_c", "reflected") for name in ESTIMATORS))
+HEAD = (
+    "before",
+    "flow",
+    "recorded",
+    *(f"{what}, {name}" for what in ("Z_c", "reflected") for name in ESTIMATORS),
+    "C_T, τ/PVR",
+)
 INSTRUMENTS = {
     "as it is": {},
     "noise of 0.5 %": {"noise": 0.005},
@@ -62,20 +69,22 @@ def behind(wave: np.ndarray, corners: float = 0.0, delay: float = 0.0) -> np.nda
     return np.fft.irfft(np.fft.rfft(wave) * response, COUNT)
 
 
-def windkessel(rng: np.random.Generator, flow: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return pressure and Z_c of three elements."""
+def windkessel(rng: np.random.Generator, flow: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Return pressure, Z_c and compliance of three elements."""
     Z_c, decay = rng.uniform(0.05, 0.2) * MEAN / OUTPUT, rng.uniform(0.4, 1.5)
-    return before(flow, Z_c + (MEAN / OUTPUT - Z_c) / (1 + ANGULAR * decay)), Z_c
+    behind_Z_c = MEAN / OUTPUT - Z_c
+    return before(flow, Z_c + behind_Z_c / (1 + ANGULAR * decay)), Z_c, decay * PERIOD / behind_Z_c
 
 
-def line(rng: np.random.Generator, flow: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return pressure and Z_c of a line with friction before a Windkessel that does not match."""
+def line(rng: np.random.Generator, flow: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Return pressure, Z_c and compliance of a line with friction before a Windkessel that does not match."""
     resistance = MEAN / OUTPUT
     Z_c, passage, friction = rng.uniform(0.05, 0.2) * resistance, rng.uniform(0.02, 0.12), rng.uniform(0, 0.1)
     near, decay = Z_c * rng.uniform(0.4, 1.5), rng.uniform(0.2, 1.0)
     load = near + (resistance - near) / (1 + ANGULAR * decay)
     along = np.tanh(ANGULAR * passage + friction * np.sqrt(HARMONICS))
-    return before(flow, Z_c * (load + Z_c * along) / (Z_c + load * along)), Z_c
+    stored = passage * PERIOD / Z_c + decay * PERIOD / (resistance - near)
+    return before(flow, Z_c * (load + Z_c * along) / (Z_c + load * along)), Z_c, stored
 
 
 def before(flow: np.ndarray, impedance: np.ndarray) -> np.ndarray:
@@ -83,32 +92,37 @@ def before(flow: np.ndarray, impedance: np.ndarray) -> np.ndarray:
     return np.fft.irfft(np.fft.rfft(flow) * impedance, COUNT)
 
 
-def tree(rng: np.random.Generator, flow: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return pressure and Z_c at the root of a published tree."""
+def tree(rng: np.random.Generator, flow: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Return pressure and Z_c at the root, and compliance, of a published tree."""
     network = (vw.control_network(), hypertensive_network())[rng.integers(2)]
     beds = windkessels(network, rng.uniform(50, 150), rng.uniform(0.06, 0.2), rng.uniform(0.05, 0.3))
     model = vw.Model(network, vw.LinearWall(rng.uniform(20, 150)), beds)
     solution = linear_solution(model, Inflow(flow, PERIOD), 100)
     pressure = solution.over_cycle(solution.pressure[:, network.root], COUNT)
-    return pressure, float(wave_speeds(model, pressure.mean())["Z_c [mmHg s/ml]"].iloc[network.root])
+    Z_c = float(wave_speeds(model, pressure.mean())["Z_c [mmHg s/ml]"].iloc[network.root])
+    return pressure, Z_c, compliance(model, float(pressure.min())).total(published=False)
 
 
 def errors(
-    seed: list[int], load: Callable[..., tuple[np.ndarray, float]], shape: Callable[..., np.ndarray],
+    seed: list[int], load: Callable[..., tuple[np.ndarray, float, float]], shape: Callable[..., np.ndarray],
     noise: float = 0.0, corners: float = 0.0, delay: float = 0.0,
 ) -> list[float]:  # fmt: skip
-    """Return by how much Z_c and the reflected energy are off, by each estimator."""
+    """Return by how much Z_c and the reflected energy are off, by each estimator, and C_T = τ/PVR (eq. 12)."""
     rng = np.random.default_rng(seed)
     flow = shape(rng, np.arange(COUNT) / COUNT)
     flow *= OUTPUT / flow.mean()
-    pressure, Z_c = load(rng, flow)
+    pressure, Z_c, C_T = load(rng, flow)
     true = vw.cycle_indices(vw.Recording(pressure, flow, PERIOD), Z_c).values["reflected_energy"]
     waves = (behind(pressure, corners, delay)[::4], flow[::4])
     noisy = [wave + noise * np.ptp(wave) * rng.standard_normal(len(wave)) for wave in waves]
     recorded = vw.Recording(noisy[0], noisy[1], PERIOD)
     estimates = characteristic_impedances(recorded)[[*ESTIMATORS]]
     energies = [vw.cycle_indices(recorded, Z).values["reflected_energy"] for Z in estimates]
-    return [*(estimates / Z_c - 1), *(energy / true - 1 for energy in energies)]
+    try:
+        measured = time_constant(*diastole(recorded)) / recorded.vascular_resistance
+    except InputError:  # no decay
+        measured = np.nan
+    return [*(estimates / Z_c - 1), *(energy / true - 1 for energy in energies), measured / C_T - 1]
 
 
 def table(count: int) -> Iterator[str]:
@@ -123,7 +137,7 @@ def table(count: int) -> Iterator[str]:
                 off = 100 * np.array([errors([2041, number], load, shape, **of_instrument) for number in range(count)])
                 cells = (
                     f"{m:+.0f} % ({low:+.0f} to {high:+.0f})"
-                    for low, m, high in np.percentile(off, (10, 50, 90), axis=0).T
+                    for low, m, high in np.nanpercentile(off, (10, 50, 90), axis=0).T
                 )
                 words = (load.__name__, shape.__name__.replace("_", " "), instrument)
                 yield f"| {' | '.join([*words, *cells])} |"
