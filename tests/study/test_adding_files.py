@@ -197,8 +197,15 @@ def test_networks_that_come_later_go_to_the_animals_that_wait_for_them(lab, tmp_
     assert add_files(study, files[2:]).updated == ("M12", "M13")
     networks = {row["animal"]: row["network"].rpartition("/")[2] for row in read_rows(study / "animals.csv").rows}
     assert networks == {"M11": "M11.csv", "M12": "lung.csv", "M13": "lung.csv", "M21": "hypoxia.csv"}
-    with pytest.raises(InputError, match="no recording among these files"):
+    with pytest.raises(InputError, match="no recording among these files, and every animal has a network"):
         add_files(study, files[2:])
+    refused = CliRunner().invoke(app, ["add", str(study), str(files[2])]).exception
+    assert Shell().command(refused.cures[0]) == f"--network={files[2]}"
+    again = add_files(study, [lab / "normoxia" / "M11.txt"], network=files[2])
+    assert (again.updated, read_rows(study / "animals.csv").rows[0]["network"].rpartition("/")[2]) == (
+        ("M11",),
+        "lung.csv",
+    )
 
 
 def test_the_network_of_an_animal_that_comes_along_is_not_given_to_others(lab, tmp_path):

@@ -273,11 +273,15 @@ def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | No
         )
         remark = f"passed over, for no reader has their type (save as .xlsx or CSV): {names}"
         sorted_files = sorted_files._replace(remarks=(remark,))
-    for_rows = sorted_files.networks and any(not row.get("network") for row in read_rows(table).rows)
+    rows = read_rows(table).rows
+    for_rows = sorted_files.networks and any(not row.get("network") for row in rows)
     if not (sorted_files.recordings or sorted_files.sheets or for_rows):
         reasons = "\n".join(f"  {refusal}" for refusal in (*sorted_files.refused, *_of_texts(sorted_files.texts)))
+        complete = ", and every animal has a network" if rows and sorted_files.networks else ""
         hint = "; give the recordings along with them, or their whole folder" if sorted_files.networks else ""
-        raise InputError(f"no recording among these files{hint}" + (f":\n{reasons}" if reasons else ""))
+        name_network = [SetCells("Name the network", (("network", str(file)),)) for file in sorted_files.networks[:1]]
+        raise InputError(f"no recording among these files{complete}{hint}" + (f":\n{reasons}" if reasons else ""),
+                         name_network if complete else [])  # fmt: skip
     return sorted_files._replace(texts=tuple(file for file in sorted_files.texts if file in paths))
 
 
