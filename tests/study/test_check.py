@@ -491,7 +491,7 @@ def test_what_is_assumed_of_outflow_and_question_is_a_note_with_its_setting_unti
     said = CliRunner().invoke(app, ["check", str(folder)])
     assert said.exit_code == 0
     assert said.output.count("note: ") == 2
-    assert "study.yaml: report.quantities: [VALUE]" in said.output
+    assert f"vasowave set {folder} 'report.quantities=[VALUE]'" in said.output
     settings = (folder / "study.yaml").read_text("utf-8")
     (folder / "study.yaml").write_text(f"{settings}\nreport: {{quantities: [PVR]}}\n", "utf-8")
     header, *rows = (folder / "animals.csv").read_text("utf-8").strip().split("\n")

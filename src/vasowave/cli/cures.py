@@ -77,10 +77,11 @@ class Shell:
                 if not all(options) and self.study is None:
                     return ""
                 if not all(options) or (row and "sheet" in dict(cells)):  # adding another sheet adds a row
-                    written = ", ".join(
-                        f"'{(text or 'nothing').replace(UNKNOWN, VALUE)}' into '{title}'" for title, text in cells
+                    texts = [f"{title}={text.replace(UNKNOWN, VALUE)}" for title, text in cells]
+                    of_animals = [f"--animal {shlex.quote(name)}" for name in animals]
+                    return " ".join(
+                        ["vasowave set", study, *map(shlex.quote, texts), *(of_animals or ["--animal NAME"])]
                     )
-                    return f"animals.csv: write {written} of {' and '.join(animals) or 'the animal'}"
                 if self.study is None:
                     return " ".join(options)
                 files = [_typed_path(self.study / file) for file in self._files(cure, animals)]
@@ -94,7 +95,7 @@ class Shell:
             case SetSetting(_, key, text):
                 text = text.replace(UNKNOWN, VALUE)
                 if self.study is not None:
-                    return f"study.yaml: {key}: {text}"
+                    return f"vasowave set {study} {shlex.quote(f'{key}={text}')}"
                 if key.startswith("design."):  # of groups, which one recording has none of
                     return ""
                 if text in ("true", "false"):

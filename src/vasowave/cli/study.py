@@ -142,6 +142,30 @@ def add(
     raise typer.Exit(WRONG_INPUT if errors else 0)
 
 
+@app.command(
+    "set",
+    epilog="Example: vasowave set my-study averaging.reject_ventilation=false; vasowave set my-study 'wedge [mmHg]=8' "
+    "--animal 'rat 1' --animal 'rat 2'. Keys: docs/study-file.md. Comments and order of the files stay.",
+)
+def set_values(
+    study: Annotated[Path, _STUDY],
+    values: Annotated[list[str], typer.Argument(metavar="KEY=VALUE…", help="Settings, or cells by column.")],
+    animal: Annotated[list[str] | None, typer.Option(help="Whose cells are meant; may be repeated.")] = None,
+) -> None:
+    """Write settings of a study, or with --animal cells of its table of animals."""
+    pairs = [(key.strip(), equals, text.strip()) for key, equals, text in (value.partition("=") for value in values)]
+    for (key, equals, text), value in zip(pairs, values, strict=True):
+        if not (key and equals) or (not text and not animal):
+            raise InputError(f"'{value}': write KEY=VALUE, as in averaging.reject_ventilation=false")
+        if VALUE in text.strip("[]").split(","):
+            raise InputError(f"{VALUE} stands for what you know: type the value itself; nothing was written")
+    written = {key: text for key, _, text in pairs}
+    file = entering.set_values(study, written, animal or ())
+    whose = f" of {', '.join(animal)}" if animal else ""
+    now = [f"{key}: {text}" if text else f"{key} emptied" for key, text in written.items()]
+    print_text(f"{file}: {', '.join(now)}{whose}")
+
+
 def _tell_problems(problems: "Sequence[folders.StudyProblem]", study: Path) -> None:
     shell = shell_of(study)
     for line in problem_lines(problems, shell):

@@ -1,24 +1,22 @@
 """What the Study desk can change: the study file, and rows, cells and columns of the table of animals."""
 
 import re
-import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Any
 
 from annotated_types import MaxLen, MinLen
 
-from vasowave.base.errors import InputError, did_you_mean
-from vasowave.base.findings import Place
+from vasowave.base.errors import InputError
 from vasowave.base.io.spreadsheet import WORKBOOKS
 from vasowave.base.species import SpeciesName
 from vasowave.study.entering.adding import Added, add_files
 from vasowave.study.entering.grouping import parsed_groups, regrouped
+from vasowave.study.entering.setting_values import check_cells, row_of
 from vasowave.study.entering.table import Rows, check_written, read_rows, written_rows
 from vasowave.study.entering.template import new_study, with_groups, with_values
 from vasowave.study.folder.animal_columns import COLUMNS, FILES
-from vasowave.study.folder.animals import read_animals, read_row
+from vasowave.study.folder.animals import read_animals
 from vasowave.study.folder.names import checked_name
 from vasowave.study.running.programs import programs_of, trust_study
 from vasowave.workbench.desk import Change, Desk, unchanged
@@ -76,52 +74,20 @@ def set_cells(
     desk, cells = workplace.desk, {title: " ".join(text.split()) for title, text in cells.items()}
     with desk.changing(f"{', '.join(cells)} of {animal}", desk.table) as change:
         table = read_rows(desk.table)
-        titles = dict.fromkeys((*COLUMNS, *table.titles))
-        unknown = next((title for title in cells if title not in titles), None)
-        if unknown is not None:
-            raise InputError(f"there is no column '{unknown}'{did_you_mean(unknown, titles)}")
-        row = _row(table.rows, animal, desk.table)
+        row, titles = row_of(table, desk.table, animal), {*COLUMNS, *table.titles}
         unchanged(animal, {title: text for title, text in (was or {}).items() if title in titles}, row)
-        _check(desk, {**row, **cells}, cells, table.rows, animal)
+        check_cells(table, desk.table, animal, cells)
+        for title in FILES:
+            if cells.get(title):
+                desk.inside(cells[title])
         write_cells(desk, change, table, animal, cells)
     return f"{animal}: {', '.join(f'{title} {text}' for title, text in cells.items())}"
 
 
 def write_cells(desk: Desk, change: Change, table: Rows, animal: str, cells: Mapping[str, str]) -> None:
     """Write cells into a table that was just read."""
-    row = _row(table.rows, animal, desk.table)
-    row.update(cells)
+    row_of(table, desk.table, animal).update(cells)
     change.write(desk.table, written_rows(table, ()))
-
-
-def _row(rows: tuple[dict[str, str], ...], animal: str, table: Path) -> dict[str, str]:
-    matches = [row for row in rows if row["animal"] == animal]
-    if len(matches) != 1:
-        problem = "there is no animal" if not matches else "two rows are called"
-        raise InputError(f"{problem} '{animal}' in {table.name}")
-    return matches[0]
-
-
-def _check(
-    desk: Desk, row: Mapping[str, str], cells: Mapping[str, str], rows: Sequence[Mapping[str, str]], animal: str
-) -> None:
-    """Refuse a value that no cell of the column can hold; what may be lacking for a while may be empty."""
-    _, wrong = read_row(row, desk.folder, None, lambda title: Place(part=title))
-    mine = [problem for problem in wrong if problem.error and cells.get(problem.place.part)]
-    if mine:
-        raise InputError(f"{mine[0].place.part}: {mine[0].finding}")
-    name = cells.get("animal", animal)
-    if not name or any(_alike(other_row["animal"], name) for other_row in rows if other_row["animal"] != animal):
-        raise InputError(f"'{name}': an animal has a name that no other has")
-    for title in FILES:
-        if cells.get(title):
-            desk.inside(cells[title])
-
-
-def _alike(name: str, other_name: str) -> bool:
-    """Whether two names differ by capitals, blanks or the way in which accents are written alone."""
-    plain = [" ".join(unicodedata.normalize("NFC", text).casefold().split()) for text in (name, other_name)]
-    return plain[0] == plain[1]
 
 
 @action("use-network")

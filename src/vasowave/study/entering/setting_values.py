@@ -1,0 +1,97 @@
+"""Settings and cells of a study that is there, written into its two files; comments and order stay."""
+
+import unicodedata
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from vasowave.base.cures import field_of
+from vasowave.base.errors import InputError, did_you_mean
+from vasowave.base.findings import Place
+from vasowave.base.io.files import alone_in, content_of, write_files
+from vasowave.base.io.spreadsheet import WORKBOOKS
+from vasowave.study.entering.table import Rows, read_rows, written_rows
+from vasowave.study.entering.template import with_values
+from vasowave.study.folder.animal_columns import COLUMNS
+from vasowave.study.folder.animals import read_row
+from vasowave.study.folder.places import study_path
+from vasowave.study.folder.reading import read_settings
+from vasowave.study.folder.settings import StudyFile
+
+
+def set_values(study: Path, values: Mapping[str, str], animals: Sequence[str] = ()) -> Path:
+    """Write settings of a study, or cells of some of its animals; return the file that changed.
+
+    Parameters
+    ----------
+    study : Path
+        Its folder or its study file.
+    values : mapping of str to str
+        By key of the study file (``averaging.reject_ventilation``), as YAML; of `animals` by column of the table, with
+        or without its unit, empty to clear the cell.
+    animals : sequence of str
+        Whose cells are meant.
+
+    Raises
+    ------
+    InputError
+        No study, no such key, column or animal, or a value that it cannot have; nothing is written then.
+    """
+    path = study_path(Path(study))
+    with alone_in(path.parent):
+        settings, _ = read_settings(path)
+        file = path if not animals else path.parent / (settings or StudyFile()).animals
+        before = content_of(file)
+        content = _with_cells(file, values, animals) if animals else _with_settings(path, values)
+        write_files({file: content}, {file: before})
+    return file
+
+
+def _with_settings(path: Path, values: Mapping[str, str]) -> str:
+    for key, text in values.items():
+        section, _, name = key.rpartition(".")
+        if "." in section:
+            raise InputError(f"'{key}' stands in a setting that is written as a whole: {section}={{{name}: {text}}}")
+    return with_values(path, {tuple(key.split(".")): text for key, text in values.items()})
+
+
+def _with_cells(file: Path, values: Mapping[str, str], animals: Sequence[str]) -> str:
+    if file.name.lower().endswith(WORKBOOKS):
+        raise InputError(f"{file}: a workbook is changed by the program that wrote it")
+    table, titles = read_rows(file), {field_of(title): title for title in COLUMNS}
+    values = {titles.get(title, title): text for title, text in values.items()}
+    for animal in animals:
+        check_cells(table, file, animal, values)
+        row_of(table, file, animal).update(values)
+    return written_rows(table, ())
+
+
+def row_of(table: Rows, file: Path, animal: str) -> dict[str, str]:
+    """Return the cells of an animal of a table that was read from a file; `InputError` unless one row is its."""
+    matches = [row for row in table.rows if row["animal"] == animal]
+    if len(matches) != 1:
+        names = [row["animal"] for row in table.rows]
+        problem = "there is no animal" if not matches else "two rows are called"
+        raise InputError(f"{problem} '{animal}' in {file.name}{'' if matches else did_you_mean(animal, names)}")
+    return matches[0]
+
+
+def check_cells(table: Rows, file: Path, animal: str, cells: Mapping[str, str]) -> None:
+    """Raise `InputError` at a column that a table lacks, and a value that no cell of its column can hold."""
+    titles = dict.fromkeys((*COLUMNS, *table.titles))
+    unknown = next((title for title in cells if title not in titles), None)
+    if unknown is not None:
+        raise InputError(f"there is no column '{unknown}'{did_you_mean(unknown, [*titles, *map(field_of, titles)])}")
+    row = row_of(table, file, animal)
+    _, wrong = read_row({**row, **cells}, file.parent, None, lambda title: Place(part=title))
+    mine = [problem for problem in wrong if problem.error and cells.get(problem.place.part)]
+    if mine:
+        raise InputError(f"{mine[0].place.part}: {mine[0].finding}")
+    name = cells.get("animal", animal)
+    if not name or any(_alike(row["animal"], name) for row in table.rows if row["animal"] != animal):
+        raise InputError(f"'{name}': an animal has a name that no other has")
+
+
+def _alike(name: str, other_name: str) -> bool:
+    """Whether two names differ by capitals, blanks or the way in which accents are written alone."""
+    plain = [" ".join(unicodedata.normalize("NFC", text).casefold().split()) for text in (name, other_name)]
+    return plain[0] == plain[1]
