@@ -5,7 +5,7 @@ import shlex
 import pytest
 from typer.testing import CliRunner
 
-from vasowave.base import InputError, SetCells, SetSetting
+from vasowave.base import InputError, RemoveAnimal, SetCells, SetSetting
 from vasowave.cli import Shell, app
 from vasowave.study.entering import new_study, read_rows, set_values
 
@@ -39,6 +39,12 @@ def test_cells_of_several_animals_change_by_a_title_with_or_without_its_unit(stu
     assert table.comments == ("# of the winter",)
 
 
+def test_an_animal_is_taken_out_by_the_command_of_its_cure(study):
+    command = Shell(study).command(RemoveAnimal(), ["rat 1"])
+    assert typed(*shlex.split(command)[2:]).exit_code == 0
+    assert (study / "animals.csv").read_text("utf-8") == TABLE.replace("rat 1,CTL,n.csv,r1.csv,f\n", "")
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -46,6 +52,9 @@ def test_cells_of_several_animals_change_by_a_title_with_or_without_its_unit(stu
         (["species=cow"], "'cow' is not known; choose from: mouse"),
         (["species"], "write KEY=VALUE"),
         (["species="], "write KEY=VALUE"),
+        ([], "write KEY=VALUE"),
+        (["--animal", "rat 3", "--remove"], "no animal 'rat 3'"),
+        (["--animal", "rat 1", "--remove", "sex=m"], "--remove alone"),
         (["report.quantities=[VALUE]"], "VALUE stands for what you know"),
         (["calibration.bounds.beta=3"], "calibration.bounds={beta: 3}"),
         (["wege=8", "--animal", "rat 1"], "no column 'wege' .did you mean 'wedge'"),

@@ -108,7 +108,7 @@ class Shell:
             case Visit():
                 return f"vasowave open {study if self.study is not None else 'FILE'}"
             case RemoveAnimal():
-                return f"animals.csv: take out the row of {animal or 'one of them'}"
+                return f"vasowave set {study} --animal {shlex.quote(animal) if animal else 'NAME'} --remove"
             case NameGroups(groups):
                 names = shlex.quote(groups.replace(", ", ",")) if groups != UNKNOWN else "REFERENCE,OTHER"
                 return f"vasowave add {study} FILES --groups {names}"

@@ -149,10 +149,18 @@ def add(
 )
 def set_values(
     study: Annotated[Path, _STUDY],
-    values: Annotated[list[str], typer.Argument(metavar="KEY=VALUE…", help="Settings, or cells by column.")],
+    values: Annotated[
+        list[str] | None, typer.Argument(metavar="KEY=VALUE…", help="Settings, or cells by column.")
+    ] = None,
     animal: Annotated[list[str] | None, typer.Option(help="Whose cells are meant; may be repeated.")] = None,
+    remove: Annotated[bool, typer.Option("--remove", help="Take the rows of these animals out.")] = False,
 ) -> None:
     """Write settings of a study, or with --animal cells of its table of animals."""
+    if remove and animal and not values:
+        print_text(f"{entering.remove_animals(study, animal)}: {', '.join(animal)} taken out")
+        return
+    if remove or not values:
+        raise InputError("write KEY=VALUE, as in averaging.reject_ventilation=false; or --animal NAME --remove alone")
     pairs = [(key.strip(), equals, text.strip()) for key, equals, text in (value.partition("=") for value in values)]
     for (key, equals, text), value in zip(pairs, values, strict=True):
         if not (key and equals) or (not text and not animal):

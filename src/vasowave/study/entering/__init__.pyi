@@ -8,6 +8,7 @@ from vasowave.study.entering.grouping import parsed_groups as parsed_groups
 from vasowave.study.entering.grouping import proposed_groups as proposed_groups
 from vasowave.study.entering.grouping import told_group as told_group
 from vasowave.study.entering.occasions import told_occasions as told_occasions
+from vasowave.study.entering.setting_values import remove_animals as remove_animals
 from vasowave.study.entering.setting_values import set_values as set_values
 from vasowave.study.entering.sorting import files_in as files_in
 from vasowave.study.entering.table import RecordingIndex as RecordingIndex

@@ -2,6 +2,7 @@
 
 import unicodedata
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from vasowave.base.cures import field_of
@@ -46,6 +47,19 @@ def set_values(study: Path, values: Mapping[str, str], animals: Sequence[str] = 
     return file
 
 
+def remove_animals(study: Path, animals: Sequence[str]) -> Path:
+    """Take the rows of animals out of the table of a study, and return it; raises as `set_values`."""
+    path = study_path(Path(study))
+    with alone_in(path.parent):
+        settings, _ = read_settings(path)
+        file = path.parent / (settings or StudyFile()).animals
+        before, table = content_of(file), _writable(file)
+        rows = [row_of(table, file, animal) for animal in animals]
+        content = written_rows(replace(table, rows=tuple(row for row in table.rows if row not in rows)), ())
+        write_files({file: content}, {file: before})
+    return file
+
+
 def _with_settings(path: Path, values: Mapping[str, str]) -> str:
     for key, text in values.items():
         section, _, name = key.rpartition(".")
@@ -55,14 +69,18 @@ def _with_settings(path: Path, values: Mapping[str, str]) -> str:
 
 
 def _with_cells(file: Path, values: Mapping[str, str], animals: Sequence[str]) -> str:
-    if file.name.lower().endswith(WORKBOOKS):
-        raise InputError(f"{file}: a workbook is changed by the program that wrote it")
-    table, titles = read_rows(file), {field_of(title): title for title in COLUMNS}
+    table, titles = _writable(file), {field_of(title): title for title in COLUMNS}
     values = {titles.get(title, title): text for title, text in values.items()}
     for animal in animals:
         check_cells(table, file, animal, values)
         row_of(table, file, animal).update(values)
     return written_rows(table, ())
+
+
+def _writable(file: Path) -> Rows:
+    if file.name.lower().endswith(WORKBOOKS):
+        raise InputError(f"{file}: a workbook is changed by the program that wrote it")
+    return read_rows(file)
 
 
 def row_of(table: Rows, file: Path, animal: str) -> dict[str, str]:
