@@ -76,4 +76,5 @@ def test_twenty_starts_of_the_measured_mouse_ask_for_so_many_cycles():
 def test_a_posterior_asks_for_so_many_cycles():
     coarse, few = Numerics(cell_size=0.4, samples=128), Search(pressure_harmonics=16)
     work = work_of(lambda: posterior(NETWORK, MOUSE, draws=100, numerics=coarse, search=few))
-    assert_within(work, cycles=809, linear=2099)
+    # Where walkers turn hangs on the last digit: 807 to 818 cycles and 2 099 to 2 109 answers by processor and process.
+    assert_within(work, cycles=835, linear=2150)
