@@ -270,7 +270,7 @@ def _made_by(words: list[str]) -> str:
     return words[words.index("-o") + 1] if "-o" in words else words[1] if words[0] == "new" else "vasowave-fit"
 
 
-@pytest.mark.validation
+@pytest.mark.weekly
 def test_every_command_line_of_the_pages_does_what_it_should(tmp_path):
     write_files(tmp_path, law_of_the_page())
     write_scan(tmp_path)
