@@ -56,6 +56,7 @@ def test_an_animal_is_taken_out_by_the_command_of_its_cure(study):
         (["--animal", "rat 3", "--remove"], "no animal 'rat 3'"),
         (["--animal", "rat 1", "--remove", "sex=m"], "--remove alone"),
         (["report.quantities=[VALUE]"], "VALUE stands for what you know"),
+        (["species=rat", "species=dog"], "given twice"),
         (["calibration.bounds.beta=3"], "calibration.bounds={beta: 3}"),
         (["wege=8", "--animal", "rat 1"], "no column 'wege' .did you mean 'wedge'"),
         (["wedge=high", "--animal", "rat 1"], "'high' is not a number"),

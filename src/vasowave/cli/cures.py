@@ -72,11 +72,10 @@ class Shell:
             row = typed
         match in_row(cure, row):
             case SetCells(_, cells):
-                settled = {"group"} if row.get("group") else set()  # which adding does not change
-                options = ["" if title in settled else _option(title, text) for title, text in cells]
-                if not all(options) and self.study is None:
+                options = _options_of_add(cells, row)
+                if not options and self.study is None:
                     return ""
-                if not all(options) or (row and "sheet" in dict(cells)):  # adding another sheet adds a row
+                if not options:
                     texts = [f"{title}={text.replace(UNKNOWN, VALUE)}" for title, text in cells]
                     of_animals = [f"--animal {shlex.quote(name)}" for name in animals]
                     return " ".join(
@@ -131,10 +130,12 @@ class Shell:
 
     def _left_out(self, cure: Cure, animals: Sequence[str]) -> list[str]:
         """Return the animals of which the command of cells that `add` writes says nothing."""
-        if self.study is None or not self.command(cure, animals).startswith("vasowave add"):
-            return []
-        together = self._together(cure, animals) if isinstance(in_row(cure, {}), SetCells) else animals
-        return [name for name in animals if name not in together and self._row(name)]
+        row = self._row(animals[0]) if animals else {}
+        match in_row(cure, row):
+            case SetCells(_, cells) if self.study is not None and _options_of_add(cells, row):
+                together = self._together(cure, animals)
+                return [name for name in animals if name not in together and self._row(name)]
+        return []
 
     def _files(self, cure: Cure, animals: Sequence[str]) -> list[str]:
         """Return the files of the animals that a cure mends together."""
@@ -143,6 +144,14 @@ class Shell:
 
     def _row(self, animal: str) -> Mapping[str, str]:
         return self.rows.get(animal, {})
+
+
+def _options_of_add(cells: Iterable[tuple[str, str]], row: Mapping[str, str]) -> list[str]:
+    """Return the options of `add` that write cells of a row; none where it does not write all of them."""
+    settled = {"group"} if row.get("group") else set()  # which adding does not change
+    options = ["" if title in settled else _option(title, text) for title, text in cells]
+    adds_row = row and "sheet" in dict(cells)  # adding another sheet does
+    return options if all(options) and not adds_row else []
 
 
 def _typable(command: str) -> bool:

@@ -168,6 +168,8 @@ def set_values(
         if VALUE in text.strip("[]").split(","):
             raise InputError(f"{VALUE} stands for what you know: type the value itself; nothing was written")
     written = {key: text for key, _, text in pairs}
+    if len(written) < len(pairs):
+        raise InputError("a key is given twice; give each once")
     file = entering.set_values(study, written, animal or ())
     whose = f" of {', '.join(animal)}" if animal else ""
     now = [f"{key}: {text}" if text else f"{key} emptied" for key, text in written.items()]

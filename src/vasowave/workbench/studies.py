@@ -101,12 +101,15 @@ def checked(desk: Desk) -> dict[str, Any]:
     rows = [dict(row) for row in read_rows(desk.table).rows] if desk.table.is_file() else []
     return {
         "problems": [_problem(problem, rows) for problem in report.problems],
-        "notes": [
-            _problem(group[0], rows) | {"animals": [name for problem in group for name in problem.animals]}
-            for group in by_kind(report.notes)
-        ],
+        "notes": [_note(group, rows) for group in by_kind(report.notes)],
         "read": {animal.animal: list(animal.row()) for animal in report.read},
     }
+
+
+def _note(group: list[StudyProblem], rows: list[dict[str, str]]) -> dict[str, Any]:
+    """Return what animals have alike by the text of the first; a remedy of the first would mend no other."""
+    names = [name for problem in group for name in problem.animals]
+    return _problem(group[0], rows) | ({"animals": names, "remedies": []} if len(group) > 1 else {})
 
 
 def outdated(desk: Desk) -> list[str]:

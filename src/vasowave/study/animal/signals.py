@@ -67,7 +67,7 @@ def simulated_station(fit: CalibratedModel, waves_at: WavesAt = "mean pressure")
     inlet = fit.simulation.sel(vessel=network.name[network.root], station="inlet")
     pressure, flow, area, speed = (inlet[name].to_numpy() for name in ("pressure", "flow", "area", "wave_speed"))
     source = f"{fit.wall} wall calibrated to {fit.recording.source}"
-    wedge = fit.recording.wedge_pressure if fit.recording.wedge_pressure < pressure.mean() else 0.0
+    wedge = fit.recording.wedge_pressure
     recording = Recording(pressure, flow, fit.recording.period, source, wedge_pressure=wedge)
     if waves_at == "paper":
         return Station(recording, area, speed, "each instant")

@@ -1,7 +1,7 @@
 """Settings and cells of a study that is there, written into its two files; comments and order stay."""
 
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,26 +37,30 @@ def set_values(study: Path, values: Mapping[str, str], animals: Sequence[str] = 
     InputError
         No study, no such key, column or animal, or a value that it cannot have; nothing is written then.
     """
-    path = study_path(Path(study))
-    with alone_in(path.parent):
-        settings, _ = read_settings(path)
-        file = path if not animals else path.parent / (settings or StudyFile()).animals
-        before = content_of(file)
-        content = _with_cells(file, values, animals) if animals else _with_settings(path, values)
-        write_files({file: content}, {file: before})
-    return file
+    if animals:
+        return _rewritten(study, lambda file: _with_cells(file, values, animals), in_table=True)
+    return _rewritten(study, lambda file: _with_settings(file, values))
 
 
 def remove_animals(study: Path, animals: Sequence[str]) -> Path:
     """Take the rows of animals out of the table of a study, and return it; raises as `set_values`."""
+
+    def without(file: Path) -> str:
+        table = _writable(file)
+        rows = [row_of(table, file, animal) for animal in animals]
+        return written_rows(replace(table, rows=tuple(row for row in table.rows if row not in rows)), ())
+
+    return _rewritten(study, without, in_table=True)
+
+
+def _rewritten(study: Path, content_of_file: Callable[[Path], str], in_table: bool = False) -> Path:
+    """Write the study file or the table anew, while nobody else does, and return it."""
     path = study_path(Path(study))
     with alone_in(path.parent):
         settings, _ = read_settings(path)
-        file = path.parent / (settings or StudyFile()).animals
-        before, table = content_of(file), _writable(file)
-        rows = [row_of(table, file, animal) for animal in animals]
-        content = written_rows(replace(table, rows=tuple(row for row in table.rows if row not in rows)), ())
-        write_files({file: content}, {file: before})
+        file = path.parent / (settings or StudyFile()).animals if in_table else path
+        before = content_of(file)
+        write_files({file: content_of_file(file)}, {file: before})
     return file
 
 

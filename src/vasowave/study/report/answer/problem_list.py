@@ -21,7 +21,7 @@ _MAX_FAILURES = 8  # told one by one
 
 _NONE = "All fits succeeded; none leaves 10 % of the pulse pressure unexplained, or twice what the best law leaves."
 _NONE_BY_LAW = "Nothing failed, and by the {law} wall no problem was found; what another law has stands beside."
-_OF_ANIMALS = {"blood": "its viscosity follows each animal's hematocrit and temperature"}
+_OF_ANIMALS = {"blood": "its viscosity follows the hematocrit and the temperature of an animal that has its own"}
 _NONE_OF_ONE = (
     "Nothing failed. One wall law was fitted, so that nothing shows whether another would meet the data better."
 )
