@@ -74,6 +74,18 @@ def test_what_cannot_be_is_refused_and_nothing_is_written(study, words, message)
     assert [(study / name).read_bytes() for name in ("study.yaml", "animals.csv")] == before
 
 
+def test_an_error_that_stood_in_the_file_is_told_from_one_of_the_command(study):
+    file = study / "study.yaml"
+    file.write_text(f"{file.read_text('utf-8')}speceis: rat\n", "utf-8")
+    with pytest.raises(InputError, match=r"nothing was written.*'speceis'.*had an error before"):
+        set_values(study, {"calibration.starts": "3"})
+    file.write_text(file.read_text("utf-8").replace("speceis: rat\n", "").replace("species: mouse", "species: muose"))
+    set_values(study, {"species": "mouse"})
+    with pytest.raises(InputError, match=r"nothing was written.*'strats'") as refused:
+        set_values(study, {"calibration.strats": "3"})
+    assert "before" not in str(refused.value)
+
+
 @pytest.mark.parametrize(
     ("cure", "file", "line"),
     [

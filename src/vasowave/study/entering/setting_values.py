@@ -69,7 +69,12 @@ def _with_settings(path: Path, values: Mapping[str, str]) -> str:
         section, _, name = key.rpartition(".")
         if "." in section:
             raise InputError(f"'{key}' stands in a setting that is written as a whole: {section}={{{name}: {text}}}")
-    return with_values(path, {tuple(key.split(".")): text for key, text in values.items()})
+    try:
+        return with_values(path, {tuple(key.split(".")): text for key, text in values.items()})
+    except InputError as error:
+        wrong_before = any(problem.error for problem in read_settings(path)[1].problems)
+        advice = "; the file had an error before, which is to be corrected in it" if wrong_before else ""
+        raise InputError(f"nothing was written, for then it would be said: {error}{advice}", error.cures) from None
 
 
 def _with_cells(file: Path, values: Mapping[str, str], animals: Sequence[str]) -> str:
@@ -92,8 +97,9 @@ def row_of(table: Rows, file: Path, animal: str) -> dict[str, str]:
     matches = [row for row in table.rows if row["animal"] == animal]
     if len(matches) != 1:
         names = [row["animal"] for row in table.rows]
-        problem = "there is no animal" if not matches else "two rows are called"
-        raise InputError(f"{problem} '{animal}' in {file.name}{'' if matches else did_you_mean(animal, names)}")
+        if matches:
+            raise InputError(f"two rows are called '{animal}' in {file.name}; rename one of them in the file")
+        raise InputError(f"there is no animal '{animal}' in {file.name}{did_you_mean(animal, names)}")
     return matches[0]
 
 

@@ -8,6 +8,7 @@ from operator import attrgetter
 
 import numpy as np
 
+from vasowave.base.cures import SetSetting
 from vasowave.base.errors import InputError
 from vasowave.base.findings import Finding, Place, error_kind, look_kind
 from vasowave.base.settings import AT_ODDS
@@ -45,7 +46,7 @@ COSTLY = look_kind(
 SEVERAL_GROUPS = error_kind(
     "design.several-groups", "{subject} {rows}: an animal is of one group; {remedy}",
     "correct the cells, and give animals of two groups two names. If an animal was in one group after the other, write "
-    "crossover: true under design",
+    "crossover: true under design", SetSetting("It was in one after the other", "design.crossover", "true"),
 )  # fmt: skip
 SUBJECT_ONCE = look_kind(
     "design.subject-once", "no {subject} has two rows, so that no recordings are of one animal; {remedy}",
